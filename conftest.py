@@ -13,7 +13,7 @@ check_annotations()  # before torc's modules are imported
 from torc.robots.description import RobotDescription  # noqa: E402
 from torc.robots.loading import load_robot  # noqa: E402
 from torc.workspace.description import Workspace  # noqa: E402
-from torc.workspace.files import load_workspace  # noqa: E402
+from torc.workspace.workspace_files import load_workspace  # noqa: E402
 
 
 @pytest.fixture(autouse=True)

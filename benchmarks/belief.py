@@ -22,17 +22,17 @@ from torc.pipeline.building import System, build_system
 from torc.problems.problem import Problem, load_problem
 from torc.problems.sets import select_problems
 from torc.records import TARGET_ID, PlanningContext
-from torc.sim.world import Presence
+from torc.sim.simulated_world import Presence
 from torc.specs.conditions import Conditions
+from torc.task_planning.belief.belief_planner import BeliefPlanner
 from torc.task_planning.belief.bodies import bodies_of
 from torc.task_planning.belief.hiding import Belief, believe
 from torc.task_planning.belief.particles import propose
-from torc.task_planning.belief.planner import BeliefPlanner
 from torc.task_planning.belief.settings import BeliefConfig
 from torc.task_planning.dg_select import DgSelectPlanner
 from torc.task_planning.protocol import TaskPlanner
 from torc.testing.contexts import cluttered_context
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 NEAR_M = 0.05
 CELL_M = 0.02
@@ -82,7 +82,7 @@ def first_look(system: System, problem: Problem) -> FirstLook:
 def belief_at(context: PlanningContext, config: BeliefConfig) -> Belief:
     """What the planner believes then."""
     rng = np.random.default_rng(0)
-    bodies = bodies_of(context.scene, context.volume, config.particles.reach_down)
+    bodies = bodies_of(context.scene, context.volume)
     particles = propose(context.volume, bodies, config.particles, rng, context.target_size_m)
     eye = np.asarray(context.scene.observation.T_world_camera, dtype=float)[:3, 3]
     return believe(particles, context.volume, bodies, eye, config.hiding, rng)

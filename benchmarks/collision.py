@@ -12,13 +12,13 @@ from collections.abc import Callable
 import numpy as np
 
 from tests.helpers.reaching import reaching_qpos
-from torc.collision.checks import blockers, collides, edges_collide, robot_arrays
-from torc.collision.world import CollisionWorld, build_collision_world, distance_field
+from torc.collision.collision_world import CollisionWorld, build_collision_world, distance_field
+from torc.collision.contacts import blockers, collides, edges_collide, robot_arrays
 from torc.robots.description import RobotDescription
 from torc.robots.kinematics import sphere_centers
 from torc.robots.loading import load_robot
 from torc.testing.views import view_of_clutter
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 
 def main() -> None:

@@ -50,14 +50,14 @@ def gather(problem_name: str, planner: str, seed: int, log_odds: float, path: Pa
     """Play a trial and keep its tries, complete or not at all."""
     from torc.episode.events import Event, Executed, Planned, Started
     from torc.episode.loop import run_episode
-    from torc.episode.simulated import pick_parts, simulated_robot
+    from torc.episode.simulated import episode_in, simulated_robot
     from torc.episode.steps import EpisodeConfig
     from torc.pipeline.building import build_system
     from torc.pipeline.failures import failed_tries
+    from torc.pipeline.planners import make_planner
     from torc.problems.problem import load_problem
     from torc.records import PickOutcome, PickPlan
     from torc.specs.conditions import Conditions
-    from torc.task_planning.registry import make_planner
 
     problem = load_problem(problem_name)
     system = build_system(Conditions(settings={"failures.log_odds": log_odds}))
@@ -78,8 +78,9 @@ def gather(problem_name: str, planner: str, seed: int, log_odds: float, path: Pa
 
     with simulated_robot(system, problem) as simulated:
         simulated.take_over()
-        started = Started(problem.name, planner, seed, problem.description, EpisodeConfig().max_picks)
-        run_episode(pick_parts(system, simulated), make_planner(planner), started, [note])
+        config = EpisodeConfig(seed=seed)
+        started = Started(problem.name, planner, seed, problem.description, config.max_picks)
+        run_episode(episode_in(simulated, system, config, [note]), make_planner(planner), started)
     aside = path.with_suffix(".partial")
     aside.write_text(json.dumps({"problem": problem.name, "category": problem.category, "tries": tries}))
     aside.rename(path)

@@ -30,11 +30,11 @@ from torc.problems.problem import load_problem
 from torc.problems.sets import select_problems
 from torc.records import Observation
 from torc.sim.rendering import CameraRenderer
+from torc.sim.simulated_world import build_world
 from torc.sim.stereo_camera import stereo_pair
-from torc.sim.world import build_world
 from torc.specs.conditions import DEFAULT_WORKSPACE
 from torc.workspace.description import CameraMount
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 _SENSORS = ("exact", "noise", "stereo", "time of flight")
 _SIZES = ((640, 480), (848, 480), (1280, 720), (640, 360), (320, 240))

@@ -30,15 +30,16 @@ from jaxtyping import Bool, Float32
 from benchmarks.processes import run_jobs
 from torc.episode.events import Event, Looked, Started
 from torc.episode.loop import run_episode
-from torc.episode.simulated import pick_parts, simulated_robot
+from torc.episode.simulated import episode_in, simulated_robot
+from torc.episode.steps import EpisodeConfig
 from torc.pipeline.better_bet import hold_back_unlikely
 from torc.pipeline.building import build_system
 from torc.pipeline.look import Look, Pipeline
+from torc.pipeline.planners import make_planner
 from torc.problems.problem import load_problem
 from torc.problems.sets import select_problems
 from torc.records import GraspStatus, Observation
 from torc.specs.conditions import Conditions
-from torc.task_planning.registry import make_planner
 
 Damage = Callable[[Float32[np.ndarray, "h w"], np.random.Generator], Bool[np.ndarray, "h w"]]
 """Which pixels of a depth image lose their reading."""
@@ -73,7 +74,7 @@ def gather(problem_name: str, looks: int, directory: Path) -> str:
         simulated.take_over()
         planner = make_planner("dg-select")
         started = Started(problem.name, planner.name, 0, problem.description, looks)
-        run_episode(pick_parts(system, simulated), planner, started, [note])
+        run_episode(episode_in(simulated, system, EpisodeConfig(looks), [note]), planner, started)
     aside = directory.with_suffix(".partial")
     aside.mkdir(parents=True, exist_ok=True)
     for pick, observation in enumerate(seen[:looks]):

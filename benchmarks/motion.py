@@ -19,13 +19,13 @@ from ompl import base as ob
 from ompl import geometric as og
 from ompl import util as ou
 
-from torc.grasping.planner import GeometricGraspPlanner
+from torc.grasping.geometric_planner import GeometricGraspPlanner
 from torc.grasping.validity import evaluate_grasps
 from torc.motion import timed_motions
 from torc.motion.config import MotionConfig, SearchConfig
 from torc.motion.geometry import rounded_path
-from torc.motion.planner import SamplingMotionPlanner
 from torc.motion.protocol import PickRequest
+from torc.motion.sampling_planner import SamplingMotionPlanner
 from torc.motion.smoothing import corner_blends, shortcut
 from torc.motion.space import FreeSpace, MotionQuery
 from torc.motion.timing import join, time_path
@@ -35,7 +35,7 @@ from torc.robots.description import ArmDescription, RobotDescription
 from torc.robots.loading import load_robot
 from torc.testing.views import view_of_clutter
 from torc.workspace.description import Workspace
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 STAGES = {
     "straight.candidates": "branches, lines",

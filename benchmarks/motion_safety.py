@@ -18,8 +18,8 @@ import tyro
 
 from tests.helpers.motion_checker import PlanChecker
 from torc.episode.steps import pick_request
-from torc.motion.planner import SamplingMotionPlanner
 from torc.motion.protocol import PickRequest
+from torc.motion.sampling_planner import SamplingMotionPlanner
 from torc.pipeline.building import build_pipeline
 from torc.pipeline.look import Look
 from torc.pipeline.state import stage_rng
@@ -29,10 +29,10 @@ from torc.records import PickPlan
 from torc.robots.description import RobotDescription
 from torc.robots.loading import load_robot
 from torc.sim.robot import SimulatedRobot
-from torc.sim.world import build_world
+from torc.sim.simulated_world import build_world
 from torc.specs.conditions import Conditions
 from torc.workspace.description import Workspace
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 
 @dataclass(frozen=True)

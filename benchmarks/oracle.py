@@ -44,11 +44,11 @@ class Args:
 
 def solve(problem_name: str, seed: int, budget: float, likely: bool, robot: str = DEFAULT_ROBOT) -> dict:
     """The answer, and when it came."""
-    from torc.episode.oracle.answer import answer_from
-    from torc.episode.oracle.search import search
-    from torc.episode.oracle.solve import Branches
     from torc.episode.privileged import open_sandbox
     from torc.episode.steps import EpisodeConfig
+    from torc.oracle.answer import answer_from
+    from torc.oracle.search import search
+    from torc.oracle.solve import Branches
     from torc.pipeline.building import build_system
     from torc.problems.problem import load_problem
     from torc.specs.conditions import Conditions

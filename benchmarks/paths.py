@@ -20,7 +20,7 @@ from torc.task_planning.graph_building import build_dependency_graph
 from torc.task_planning.paths import sink_probabilities
 from torc.task_planning.relations import find_relations
 from torc.testing.contexts import cluttered_context
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 ENUMERATED_PATHS = 200_000
 """Enumeration stops here; its time is then a lower bound."""

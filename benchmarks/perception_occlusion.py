@@ -13,9 +13,9 @@ from collections.abc import Callable
 
 import numpy as np
 
+from torc.drawing.marking import mark_image
 from torc.geometry.transforms import project
 from torc.occlusion.volume import empty_volume, update_volume
-from torc.perception.marking import mark_image
 from torc.perception.privileged import LabelPerception
 from torc.records import Observation, VoxelGrid
 from torc.testing.synthetic import (
@@ -25,7 +25,7 @@ from torc.testing.synthetic import (
     random_clutter,
     synthetic_observation,
 )
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 MEDIAN_MS, P95_MS = 60.0, 100.0
 

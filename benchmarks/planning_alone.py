@@ -21,12 +21,12 @@ from typing import Any
 import tyro
 
 from torc.benchmark.intervals import by_problem, difference, mean
-from torc.episode.ideal import MAX_PICKS, looks_of, retrieve, shortest
-from torc.episode.planners import PRIVILEGED, make_spec_planner
 from torc.episode.privileged import open_sandbox
 from torc.episode.steps import EpisodeConfig
 from torc.errors import InputError, TorcError
+from torc.oracle.ideal import MAX_PICKS, looks_of, retrieve, shortest
 from torc.pipeline.building import build_system
+from torc.pipeline.planners import is_reference, make_spec_planner
 from torc.problems.problem import load_problem
 from torc.problems.sets import select_problems
 from torc.specs.conditions import Conditions
@@ -58,7 +58,7 @@ def planner_spec(text: str) -> PlannerSpec:
         if not equals:
             raise InputError(f"'{part}' in '{text}' is no setting; write setting=value.")
         settings[path] = plain_value(value)
-    if name in PRIVILEGED:
+    if is_reference(name):
         raise InputError(f"{name} tries picks out in a simulation of its own; here are none.")
     return PlannerSpec(name, settings=settings)
 

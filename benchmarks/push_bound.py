@@ -16,13 +16,13 @@ from pathlib import Path
 import tyro
 
 from torc.benchmark.intervals import by_problem, difference
-from torc.episode.ideal import MAX_PICKS, Look, looks_of
-from torc.episode.oracle.promise import rough_plans
-from torc.episode.oracle.solve import options_of
-from torc.episode.oracle.tree import Options
 from torc.episode.privileged import open_sandbox
 from torc.episode.steps import EpisodeConfig
 from torc.errors import TorcError
+from torc.oracle.ideal import MAX_PICKS, Look, looks_of
+from torc.oracle.promise import rough_plans
+from torc.oracle.solve import options_of
+from torc.oracle.tree import Options
 from torc.pipeline.building import build_system
 from torc.problems.problem import load_problem
 from torc.problems.sets import select_problems

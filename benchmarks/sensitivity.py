@@ -139,14 +139,14 @@ def play(problem_name: str, planner: str, seed: int, name: str, path: Path) -> s
 def _played(problem_name: str, planner: str, seed: int, condition: Condition) -> dict[str, Any]:
     from torc.episode.events import Started
     from torc.episode.loop import run_episode
-    from torc.episode.simulated import pick_parts
+    from torc.episode.simulated import episode_in
     from torc.episode.steps import EpisodeConfig
     from torc.pipeline.building import build_system
+    from torc.pipeline.planners import make_planner
     from torc.problems.problem import load_problem
     from torc.sim.robot import SimulatedRobot, SimulatedRobotConfig
-    from torc.sim.world import build_world
+    from torc.sim.simulated_world import build_world
     from torc.specs.conditions import Conditions
-    from torc.task_planning.registry import make_planner
 
     system = build_system(Conditions(noise=condition.noise))
     robot, workspace, config = system.robot, system.workspace, EpisodeConfig(seed=seed)
@@ -163,7 +163,7 @@ def _played(problem_name: str, planner: str, seed: int, condition: Condition) ->
     with SimulatedRobot(world, SimulatedRobotConfig(execution=guards)) as simulated:
         simulated.take_over()
         started = Started(problem.name, planner, seed, problem.description, config.max_picks)
-        result = run_episode(pick_parts(system, simulated), make_planner(planner), started)
+        result = run_episode(episode_in(simulated, system, config), make_planner(planner), started)
     tried = [o for o in result.outcomes if o.result.grasp_tried]
     return {
         "end": result.end.value,

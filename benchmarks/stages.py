@@ -14,13 +14,14 @@ import numpy as np
 import tyro
 
 from torc.episode.events import Decided, Event, Executed, Looked, Planned, Started
-from torc.episode.loop import rehearse, run_episode
-from torc.episode.simulated import pick_parts, simulated_robot, wanted_in
+from torc.episode.loop import run_episode
+from torc.episode.simulated import episode_in, simulated_robot
+from torc.episode.steps import EpisodeConfig
 from torc.pipeline.building import build_system
+from torc.pipeline.planners import make_planner
 from torc.problems.problem import load_problem
 from torc.problems.sets import problem_names
 from torc.specs.conditions import Conditions
-from torc.task_planning.registry import make_planner
 
 
 @dataclass(frozen=True)
@@ -95,12 +96,12 @@ def main() -> None:
         for problem in map(load_problem, problem_names("torc40")[:: args.every]):
             with simulated_robot(system, problem) as simulated:
                 simulated.take_over()
-                parts = pick_parts(system, simulated)
+                episode = episode_in(simulated, system, EpisodeConfig(args.picks, seed), [watch])
                 if not warm:
-                    rehearse(parts, planner)
+                    episode.rehearse(planner)
                     warm = True
                 started = Started(problem.name, planner.name, seed, problem.description, args.picks)
-                run_episode(parts, planner, started, [watch], wanted_in(system, problem))
+                run_episode(episode, planner, started)
     print("| step | samples | median, s | p95, s | budget, s | paper, s | paper / ours |")
     print("|---|---|---|---|---|---|---|")
     budgets = BUDGETS if args.conditions.perception == Conditions().perception else OWN_EYES

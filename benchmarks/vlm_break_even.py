@@ -241,10 +241,10 @@ def play(problem: str, planner: str, seed: int, out: Path, vlm: str | None = Non
     config = None if vlm is None else VlmConfig(*parse_vlm(vlm))
     trial = run_trial(TrialSpec.of(problem, planner, seed, vlm=config), out, say=lambda text: None)
     result = trial.result
-    if result["status"] != "completed":
-        return f"{out.name}: {result['status']}: {result.get('error', '')}"
-    verdict = "retrieved" if result["retrieved"] else result["end"]
-    return f"{out.name}: {verdict}, {result['picks']} picks, {result['drops']} drops"
+    if result.status != "completed":
+        return f"{out.name}: {result.status}: {result.error}"
+    verdict = "retrieved" if result.retrieved else result.end
+    return f"{out.name}: {verdict}, {result.picks} picks, {result.drops} drops"
 
 
 def main() -> None:

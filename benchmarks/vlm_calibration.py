@@ -107,7 +107,7 @@ def situation_from(row: dict):
 def shares(rows: Sequence[dict], profile, prompt: str, repeats: int) -> np.ndarray:
     """Per situation the share of answers that name something graspable."""
     from torc.vlm.answers import PLAN_SCHEMA, read_first_pick
-    from torc.vlm.asking import fill_prompt
+    from torc.vlm.asker import fill_prompt
     from torc.vlm.protocol import Question
     from torc.vlm.simulated.client import SimulatedVlm
 

@@ -3,7 +3,7 @@
 torc run --perception examples/blob_perception.py:Blobs
 
 It finds the target by a word for its colour in the description, and keeps an object's id by where the object stood.
-Things that touch become one; a network does better (docs/stages.md).
+Things that touch become one; a network does better (docs/extending.md).
 """
 
 import cv2

@@ -9,10 +9,10 @@ import pytest
 
 from http_vlm import HttpVlm
 from torc.errors import InputError
+from torc.pipeline.planners import open_client
 from torc.testing.vlm_client_conformance import CASES, check_case
 from torc.vlm.config import VlmConfig, parse_vlm
 from torc.vlm.failures import FailureKind, VlmError
-from torc.vlm.opening import open_client
 
 PLAN = json.dumps({"thoughts": "1 is in front.", "plan": [{"action": "remove", "input": 1}]})
 

@@ -6,7 +6,7 @@ import pytest
 from slow_motion import SlowMotion
 from torc.robots.loading import load_robot
 from torc.testing.motion_conformance import check_motion_planner, requests
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 
 def test_it_conforms():

@@ -12,20 +12,21 @@ import numpy as np
 from tests.helpers.fake_episode import FakeRobot
 from tests.helpers.kernels import all_signatures, compiled_since
 from torc.brain import decide_frame, load_frame, rehearse
-from torc.episode.loop import rehearse as rehearse_episode
+from torc.episode.loop import Episode
 from torc.episode.pick_view import view_of
-from torc.episode.steps import PickParts
+from torc.episode.steps import EpisodeConfig
 from torc.episode.trial import run_trial
-from torc.motion.planner import SamplingMotionPlanner
-from torc.pipeline.building import build_pipeline
+from torc.motion.sampling_planner import SamplingMotionPlanner
+from torc.perception.protocol import Wanted
+from torc.pipeline.building import System, build_pipeline
+from torc.pipeline.planners import make_planner
 from torc.records import Observation
 from torc.robots.loading import load_robot
 from torc.specs.conditions import Conditions
 from torc.specs.trial import TrialSpec
-from torc.task_planning.asking import rehearse_planner
-from torc.task_planning.registry import make_planner
+from torc.task_planning.checked_decisions import rehearse_planner
 from torc.testing.synthetic import random_clutter, synthetic_observation
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 
 def main(directory: Path, trials: list[str]) -> dict[str, object]:
@@ -33,7 +34,9 @@ def main(directory: Path, trials: list[str]) -> dict[str, object]:
     shapes = random_clutter(np.random.default_rng(0), 9)
     motion = SamplingMotionPlanner(robot, workspace)
     planner, pipeline = make_planner("dg-select"), build_pipeline(Conditions(), robot, workspace)
-    rehearsal = rehearse_episode(PickParts(FakeRobot(robot, shapes), pipeline, motion), planner)
+    system = System(Conditions(), robot, workspace, pipeline, motion)
+    episode = Episode(FakeRobot(robot, shapes), system, Wanted("the box"), EpisodeConfig())
+    rehearsal = episode.rehearse(planner)
     rehearse_planner(make_planner("belief"), rehearsal.context)
     view_of(rehearsal.context)
     rehearsed = all_signatures()
@@ -45,7 +48,7 @@ def main(directory: Path, trials: list[str]) -> dict[str, object]:
             directory / spec,
             say=announced.append,
         )
-        if trial.result["status"] != "completed":
+        if trial.result.status != "completed":
             raise RuntimeError(trial.result)
     played = compiled_since(rehearsed)
     frame = load_frame(write_frame(directory / "frame.npz", synthetic_observation(shapes, workspace.camera)))

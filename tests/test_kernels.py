@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from tests.helpers.kernels import all_signatures, compiled_since
-from torc.collision.checks import collides, edges_collide
-from torc.collision.world import build_collision_world
-from torc.grasping.planner import GeometricGraspPlanner
+from torc.collision.collision_world import build_collision_world
+from torc.collision.contacts import collides, edges_collide
+from torc.grasping.geometric_planner import GeometricGraspPlanner
 from torc.grasping.validity import evaluate_grasps, evaluate_grasps_without_robot
 from torc.occlusion.volume import FIXED_CAMERA, empty_volume, update_volume
 from torc.perception.privileged import LabelPerception
@@ -92,3 +92,23 @@ def test_nothing_is_compiled_after_a_rehearsal(tmp_path):
     assert found["decided"] == []
     assert found["announced"] == []
     assert found["never"] == UNUSED
+
+
+@pytest.mark.slow
+def test_warming_up_compiles_every_kernel_of_the_shipped_parts(tmp_path):
+    script = (
+        "from contextlib import suppress\n"
+        "from tests.helpers.kernels import all_signatures\n"
+        "from torc.cli.main import main\n"
+        "with suppress(SystemExit): main(['warm-up'])\n"
+        "print(*sorted(name for name, signatures in all_signatures().items() if not signatures))"
+    )
+    run = subprocess.run(
+        [sys.executable, "-c", script],
+        cwd=Path(__file__).parents[1],
+        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert set(run.stdout.splitlines()[-1].split()) <= set(UNUSED)

@@ -14,12 +14,12 @@ from torc.benchmark.report.writing import _registered_sections, write_report
 from torc.benchmark.rows import REAL
 from torc.episode.recorded import read_trial
 from torc.errors import MissingDependencyError, PartError
-from torc.plugins import load_part, part_paths
+from torc.pipeline.planners import make_planner
+from torc.registry.kinds import KINDS
+from torc.registry.loading import load_part
 from torc.satellites import SATELLITES
 from torc.specs.conditions import Conditions
 from torc.specs.trial import PlannerSpec, TrialSpec
-from torc.stages import CAMERAS, STAGES
-from torc.task_planning.registry import make_planner
 from torc.web.shelf import Shelf
 
 COMMANDS = [(name, s.extra) for s in SATELLITES for name in s.commands]
@@ -37,7 +37,7 @@ def registered(monkeypatch):
         found = points.get(group, {}).items()
         return [SimpleNamespace(name=name, value="theirs:It", load=load) for name, load in found]
 
-    monkeypatch.setattr("torc.plugins.entry_points", entry_points)
+    monkeypatch.setattr("torc.registry.loading.entry_points", entry_points)
     return points
 
 
@@ -59,7 +59,7 @@ def test_a_command_says_how_to_get_it(name, extra, registered, capsys):
 
 @pytest.mark.parametrize(("group", "name", "extra"), PARTS)
 def test_a_part_says_how_to_get_it(group, name, extra, registered):
-    (kind,) = (kind for kind in STAGES.values() if kind.group == group)
+    (kind,) = (kind for kind in KINDS if kind.group == group)
     with pytest.raises(MissingDependencyError, match=f"scripts/setup {extra} "):
         load_part(kind, name)
 
@@ -68,12 +68,6 @@ def test_help_names_them_in_a_line(registered, capsys):
     code, out, _ = run_torc("--help", capsys=capsys)
     assert code == 0
     assert all(name in out.partition("Not installed: ")[2] for name, _ in COMMANDS)
-
-
-def test_no_other_package_takes_the_name_of_a_part(registered):
-    registered["torc.cameras"] = {"realsense": None, "mine": None}
-    assert part_paths(CAMERAS)["mine"] == "theirs:It"
-    assert "realsense" not in part_paths(CAMERAS)
 
 
 def test_any_package_can_add_a_command(registered, capsys):

@@ -9,7 +9,6 @@ log cover depth, masks, grasps and motions bit for bit, so a recording holds on 
 """
 
 import json
-import tempfile
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
@@ -99,11 +98,8 @@ def _play(one: tuple[str, str, str]) -> list[Any]:
     planner, perception, problem = one
     vlm = VlmConfig("simulated", "paper") if planner.startswith("vlm") else None
     spec = TrialSpec.of(problem, planner, 0, vlm=vlm, perception=perception, max_picks=6)
-    with tempfile.TemporaryDirectory() as place:
-        trial = run_trial(spec, Path(place, "trial"), say=lambda text: None)
-        lines = (trial.directory / "events.jsonl").read_text(encoding="utf-8").splitlines()
-        result = json.loads((trial.directory / "result.json").read_text(encoding="utf-8"))
-    return [*(json.loads(line) for line in lines), result]
+    trial = run_trial(spec, None, say=lambda text: None)
+    return [*(line.plain for line in trial.log), trial.result.plain]
 
 
 def main() -> int:

@@ -17,7 +17,6 @@ from typing import Literal
 import tyro
 
 from torc.errors import InputError
-from torc.generation.config import Family
 from torc.generation.oracle_orders import ORDER_KEY
 from torc.problems.problem import Problem, load_problem, save_problem
 from torc.problems.sets import select_problems
@@ -34,7 +33,7 @@ class Rule:
     fewest: int = 2
     most: int = 15
     twins: bool = False
-    family: Family | None = None
+    family: str | None = None
 
 
 RULES = MappingProxyType(
@@ -42,7 +41,7 @@ RULES = MappingProxyType(
         "absent": Rule({"structured": 10}, most=14, twins=True),
         "look-alikes": Rule({"structured": 10, "unstructured": 10}),
         "ungraspable": Rule({"structured": 10, "unstructured": 10}),
-        "deep": Rule({"structured": 10, "unstructured": 10}, family=Family.USUAL),
+        "deep": Rule({"structured": 10, "unstructured": 10}, family=""),
         "fragile": Rule({"structured": 20}),
         "large": Rule({"unstructured": 20}, fewest=4),
         "cupboard": Rule({"structured": 20}),
@@ -68,7 +67,7 @@ class Answered:
 def choose(set_name: str, candidates: Iterable[Answered], rule: Rule) -> list[tuple[Answered, ...]]:
     """The candidates of a set in the order of their seeds, each with its twin if the rule wants twins."""
     found = sorted(candidates, key=lambda c: (c.seed, c.problem.name))
-    twins = {(c.problem.category, c.seed): c for c in found if _family(c) == Family.ABSENT_TWIN}
+    twins = {(c.problem.category, c.seed): c for c in found if _family(c) == "absent-twin"}
     wanted = set_name if rule.family is None else rule.family
     taken: Counter[str] = Counter()
     chosen: list[tuple[Answered, ...]] = []
@@ -119,7 +118,7 @@ def read_answered(selection: str, answers: Path) -> list[Answered]:
 
 
 def _family(candidate: Answered) -> str:
-    return str(candidate.problem.origin.get("family", Family.USUAL))
+    return str(candidate.problem.origin.get("family", ""))
 
 
 def _between(candidate: Answered, fewest: int, most: int) -> bool:

@@ -6,7 +6,7 @@
     python -m tools.learned_picker train build/picker build/picker2
 
 At each look of a retrieval, every object that can be picked is taken in turn, and a planner goes on from there; the
-picks to the target are the choice's value. Nothing slips or falls (`torc.episode.ideal`), so that a value is of the
+picks to the target are the choice's value. Nothing slips or falls (`torc.oracle.ideal`), so that a value is of the
 choice and not of luck. The model is trained to tell the choices that no other one beats.
 """
 
@@ -20,16 +20,16 @@ import tyro
 from jaxtyping import Float, Float32, Int64
 
 from tools.running import exit_code
-from torc.episode.ideal import MAX_PICKS, Look, Retrieval, after, looks_of, retrieve
-from torc.episode.planners import PRIVILEGED, make_trial_planner
 from torc.episode.privileged import open_sandbox
 from torc.episode.steps import EpisodeConfig
 from torc.errors import InputError, PhysicsError
+from torc.io.record_files import load_record, save_record
+from torc.oracle.ideal import MAX_PICKS, Look, Retrieval, after, looks_of, retrieve
 from torc.pipeline.building import build_system
+from torc.pipeline.planners import is_reference, make_planner
 from torc.problems.problem import load_problem
 from torc.problems.sets import select_problems
 from torc.records import TARGET_ID
-from torc.records.serialization import load_record, save_record
 from torc.specs.conditions import Conditions
 from torc.task_planning.learned.features import FEATURE_NAMES, features_of
 from torc.task_planning.learned.model import MODEL_PATH, PickerModel
@@ -68,9 +68,9 @@ class Collect:
 
     def run(self) -> None:
         """Collect. Raises InputError for a planner that needs the simulation."""
-        if self.planner in PRIVILEGED:
+        if is_reference(self.planner):
             raise InputError(f"{self.planner} tries picks out in a simulation of its own; here are none.")
-        planner, system = make_trial_planner(self.planner), build_system(Conditions())
+        planner, system = make_planner(self.planner), build_system(Conditions())
         self.out.mkdir(parents=True, exist_ok=True)
         files = select_problems(self.problems)
         for number, file in enumerate(files, 1):

@@ -1,8 +1,8 @@
-"""The results that travel with the project: more trials for them, and the tables on their pages.
+"""Add trials to the published results, and rewrite the tables on their pages.
 
 torc bench --problems torc40 --planners random --first-seed 10 --repeats 5 --out runs/more
 python -m tools.published_results add runs/more results/torc40
-python -m tools.published_results page results/torc40       # the tables in docs/torc40.md
+python -m tools.published_results page results/torc40       # the tables in results/torc40/README.md
 """
 
 import re
@@ -24,9 +24,8 @@ from torc.benchmark.report.writing import write_report
 from torc.benchmark.rows import Table
 from torc.benchmark.table_files import TRIALS_FILE, read_rows, write_tables
 from torc.errors import InputError
-from torc.records.files import write_json
+from torc.io.results import write_json
 
-ROOT = Path(__file__).parents[1]
 _NOT_KEPT = ("index.html", "*.parquet", "figures/*.png")
 _TABLE = re.compile(r"^\|.*\n(?:\|.*\n)+", re.MULTILINE)
 _AGAINST = "more than "
@@ -34,13 +33,13 @@ _AGAINST = "more than "
 
 @dataclass(frozen=True)
 class Add:
-    """Add the trials of a benchmark to published results, or begin new ones, and write their report anew."""
+    """Add the trials of a benchmark to published results, or start new ones, and rewrite their report."""
 
     run: tyro.conf.Positional[Path]
     results: tyro.conf.Positional[Path]
 
     def __call__(self) -> None:
-        """Refuses what cannot be compared with the trials that are there."""
+        """Merge. Raises InputError if trials cannot be compared with those already there."""
         known = read_rows(self.results) if (self.results / TRIALS_FILE).is_file() else []
         new = read_table(self.run)
         moved = [replace(r, directory=self.results / r.directory.relative_to(self.run)) for r in new.rows]
@@ -58,18 +57,18 @@ class Add:
 
 @dataclass(frozen=True)
 class Page:
-    """Write the tables on the page of published results anew, with the columns and the pairs that they have."""
+    """Rewrite the tables in the README.md of published results; columns and pairs stay as they are."""
 
     results: tyro.conf.Positional[Path]
 
     def __call__(self) -> None:
-        """What the text says stays as it is: read it again."""
-        path = ROOT / "docs" / f"{self.results.resolve().name}.md"
+        """Rewrite the tables. The text is unchanged: check that it still agrees."""
+        path = self.results / "README.md"
         path.write_text(with_tables(path.read_text(), read_table(self.results)))
 
 
 def with_tables(page: str, table: Table) -> str:
-    """The page with these results wherever a table has columns of the report."""
+    """Return the page with fresh rows in every table whose columns the report has."""
     planners = [s.planner for s in rank(table)]
 
     def anew(found: re.Match[str]) -> str:
@@ -102,7 +101,7 @@ def _report_tables(table: Table, planners: list[str], header: list[str]) -> Iter
 
 
 def main() -> None:
-    """Add, or write a page."""
+    """Run `add` or `page`."""
     command: Add | Page = tyro.cli(
         Annotated[Add, tyro.conf.subcommand("add")] | Annotated[Page, tyro.conf.subcommand("page")]
     )

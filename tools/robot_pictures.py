@@ -17,10 +17,10 @@ from torc.robots.ik import solve_ik
 from torc.robots.loading import load_robot
 from torc.robots.names import DEFAULT_ROBOT, robot_names
 from torc.sim.rendering import CameraRenderer
+from torc.sim.simulated_world import build_world
 from torc.sim.spec import WorldConfig
-from torc.sim.world import build_world
 from torc.workspace.description import CameraMount
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 _SIZE = 380, 380
 _SHARPER = 2

@@ -1,34 +1,53 @@
 """TORC: targeted object retrieval in clutter.
 
-A robot arm with a parallel gripper and one RGB-D camera finds and retrieves a target, often hidden, from
-unknown objects without 3-D models, one pick after another. The names below are what scripts need most; each is
-imported when it is first used.
+A robot arm with a parallel gripper and one RGB-D camera finds and retrieves a target, often hidden, from unknown
+objects without 3-D models, one pick after another. The names below are the public interface; each is imported when it
+is first used.
 
 >>> import torc
->>> problem = torc.load_problem("validation-structured-02")
->>> trial = torc.run_trial(torc.TrialSpec.of(problem.name, "dg-select"), Path("runs/mine"))  # doctest: +SKIP
+>>> torc.problem_names("validation")[0]
+'validation-structured-01'
+>>> result = torc.play("validation-structured-02", "dg-select").result  # doctest: +SKIP
+>>> answer = torc.decide_frame(torc.load_frame("frame.npz"))  # doctest: +SKIP
 """
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from torc.benchmark.rows import Table as Table
     from torc.brain import Answer as Answer
+    from torc.brain import Grasp as Grasp
     from torc.brain import decide_frame as decide_frame
     from torc.brain import load_frame as load_frame
     from torc.episode.recorded import read_trial as read_trial
+    from torc.episode.trial import Trial as Trial
     from torc.episode.trial import run_trial as run_trial
     from torc.errors import InputError as InputError
     from torc.errors import TorcError as TorcError
+    from torc.perception.protocol import Wanted as Wanted
+    from torc.pipeline.planners import make_planner as make_planner
     from torc.problems.problem import Problem as Problem
     from torc.problems.problem import load_problem as load_problem
     from torc.problems.sets import problem_names as problem_names
     from torc.records import Decision as Decision
+    from torc.records import DependencyGraph as DependencyGraph
+    from torc.records import Evidence as Evidence
+    from torc.records import GraspStatus as GraspStatus
+    from torc.records import Observation as Observation
+    from torc.records import PickOutcome as PickOutcome
+    from torc.records import PickResult as PickResult
     from torc.records import PlanningContext as PlanningContext
     from torc.robots.loading import load_robot as load_robot
     from torc.specs.conditions import Conditions as Conditions
+    from torc.specs.trial import PlannerSpec as PlannerSpec
     from torc.specs.trial import TrialSpec as TrialSpec
-    from torc.task_planning.registry import make_planner as make_planner
+    from torc.task_planning.graph_building import build_dependency_graph as build_dependency_graph
+    from torc.verbs import Episode as Episode
+    from torc.verbs import bench as bench
+    from torc.verbs import play as play
+    from torc.vlm.config import VlmConfig as VlmConfig
+    from torc.workspace.workspace_files import load_workspace as load_workspace
 
 __version__ = "0.1.0"
 
@@ -36,16 +55,33 @@ _HOMES = {
     "Answer": "torc.brain",
     "Conditions": "torc.specs.conditions",
     "Decision": "torc.records",
+    "DependencyGraph": "torc.records",
+    "Episode": "torc.verbs",
+    "Evidence": "torc.records",
+    "Grasp": "torc.brain",
+    "GraspStatus": "torc.records",
     "InputError": "torc.errors",
+    "Observation": "torc.records",
+    "PickOutcome": "torc.records",
+    "PickResult": "torc.records",
+    "PlannerSpec": "torc.specs.trial",
     "PlanningContext": "torc.records",
     "Problem": "torc.problems.problem",
+    "Table": "torc.benchmark.rows",
     "TorcError": "torc.errors",
+    "Trial": "torc.episode.trial",
     "TrialSpec": "torc.specs.trial",
+    "VlmConfig": "torc.vlm.config",
+    "Wanted": "torc.perception.protocol",
+    "bench": "torc.verbs",
+    "build_dependency_graph": "torc.task_planning.graph_building",
     "decide_frame": "torc.brain",
     "load_frame": "torc.brain",
     "load_problem": "torc.problems.problem",
     "load_robot": "torc.robots.loading",
-    "make_planner": "torc.task_planning.registry",
+    "load_workspace": "torc.workspace.workspace_files",
+    "make_planner": "torc.pipeline.planners",
+    "play": "torc.verbs",
     "problem_names": "torc.problems.sets",
     "read_trial": "torc.episode.recorded",
     "run_trial": "torc.episode.trial",

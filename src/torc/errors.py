@@ -88,5 +88,11 @@ class NetworkError(TorcError):
         self.address, self.action = address, action
 
 
+class PickHaltedError(TorcError):
+    """A robot was stopped within a pick, by itself, by torc or by a person. The pick has no result; the episode can go
+    on once a person has looked after the robot.
+    """
+
+
 class PhysicsError(TorcError):
     """The simulation broke (a body too fast, a deep penetration, NaN). The trial is errored, never scored."""

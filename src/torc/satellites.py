@@ -1,7 +1,7 @@
 """The packages beside torc in its repository: which commands and parts each brings, and how to get it.
 
-They register what they bring by entry points, as any package can, and nothing here imports them. The table serves for
-messages alone, and to know their parts as shipped ones.
+They register what they bring by entry points, as any package can, and nothing here imports them. The table is for
+messages and documentation alone.
 """
 
 from collections.abc import Mapping
@@ -18,7 +18,7 @@ class Satellite:
         package: its name in the index.
         extra: the extra of torc-retrieval that installs it.
         commands: names of its commands.
-        parts: names of its parts by group of entry points, each with the extra that installs all it needs.
+        parts: by `Kind.group` the names of its parts, each with the extra that installs all it needs.
     """
 
     package: str
@@ -37,7 +37,11 @@ SATELLITES = (
         "torc-lab",
         "lab",
         ("lab", "retrieve", "camera"),
-        {"torc.cameras": {"realsense": "realsense", "zed-uvc": "lab", "zed": "lab", "ros": "lab"}},
+        {
+            "torc.cameras": {"realsense": "realsense", "ros": "lab", "zed": "lab", "zed-uvc": "lab"},
+            "torc.arm_drivers": {"motoman": "lab", "ros": "lab", "ur-rtde": "ur"},
+            "torc.gripper_drivers": {"franka-hand": "lab", "robotiq-modbus": "lab", "robotiq-urcap": "lab"},
+        },
     ),
     Satellite("torc-next-object", "next-object", ("next-object", "vlm-eval")),
     Satellite(

@@ -14,9 +14,9 @@ from torc.benchmark.manifest import begin_call
 from torc.benchmark.playing import run_missing
 from torc.benchmark.rows import Table
 from torc.benchmark.store import Store
-from torc.objects.files import save_object
 from torc.objects.library import load_object
 from torc.objects.models import ObjectModel
+from torc.objects.object_files import save_object
 from torc.problems.problem import Problem, load_problem
 
 STRANGE = "<b>&amp;|`*_"

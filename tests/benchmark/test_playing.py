@@ -10,8 +10,8 @@ from tests.helpers.fake_bench import fake_spec
 from torc.benchmark.playing import Order, changed_part, play
 from torc.benchmark.spec import Around, BenchPlanner, BenchProblem, problem_fingerprint
 from torc.errors import InputError
-from torc.fingerprints import file_fingerprint, forget_files
-from torc.objects.files import save_object
+from torc.io.digests import file_fingerprint, forget_files
+from torc.objects.object_files import save_object
 from torc.problems.problem import load_problem, save_problem
 from torc.robots.loading import own_source
 from torc.robots.schema import EXAMPLE

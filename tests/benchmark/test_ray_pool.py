@@ -19,14 +19,14 @@ from torc.benchmark.ray_pool import RayPool, ray_pool
 from torc.benchmark.spec import Around, BenchPlanner, BenchProblem, problem_fingerprint
 from torc.benchmark.store import OUTPUT, TRIAL
 from torc.errors import InputError, TorcError
-from torc.fingerprints import file_fingerprint
+from torc.io.digests import file_fingerprint
 from torc.problems.problem import load_problem, save_problem
 from torc.robots.loading import own_source
 from torc.robots.schema import EXAMPLE
 from torc.specs.conditions import Conditions
 from torc.specs.trial import PlannerSpec
-from torc.workspace.files import EXAMPLE as WORKSPACE
-from torc.workspace.files import own_workspace_source
+from torc.workspace.workspace_files import EXAMPLE as WORKSPACE
+from torc.workspace.workspace_files import own_workspace_source
 
 LIMITS = PoolConfig(0, 500.0, 4 * 2**30)
 

@@ -11,9 +11,9 @@ from benchmarks.processes import run_jobs
 from torc.objects.library import load_object
 from torc.problems.problem import load_problem
 from torc.sim.contacts import deepest_overlap
-from torc.sim.world import build_world
+from torc.sim.simulated_world import build_world
 from torc.vlm.simulated.situation import Situation
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 
 def test_the_fit_finds_what_the_failures_took(rng):

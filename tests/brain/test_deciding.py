@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numba import njit
 
 from tests.helpers.fake_episode import ScriptedPlanner
 from tests.helpers.fake_vlm import ScriptedVlm
@@ -13,8 +14,9 @@ from torc.brain import answer_text, decide_frame, rehearse
 from torc.brain.answer import evidence_in_labels
 from torc.brain.candidates import STATUS_WORDS, blockers_of, status_counts
 from torc.errors import InputError
-from torc.records import GraspStatus
-from torc.task_planning.registry import make_planner
+from torc.pipeline.planners import make_planner
+from torc.pipeline.warm_up import MESSAGE
+from torc.records import Evidence, GraspStatus
 from torc.testing.contexts import box, make_context
 
 
@@ -22,6 +24,23 @@ def test_the_answer_is_in_the_frames_own_labels(frame_of):
     for object_id, label in ((0, 512), (1, 40_000), (7, 7)):
         assert decide_frame(frame_of(), ScriptedPlanner([object_id])).label == label
     assert decide_frame(frame_of(), ScriptedPlanner([None])).label is None
+
+
+class Compiling(ScriptedPlanner):
+    """Compiles something before it chooses."""
+
+    def decide(self, context, rng):
+        njit(lambda x: x + 1)(1)
+        return super().decide(context, rng)
+
+
+def test_a_decision_that_compiles_says_so(frame_of, capsys):
+    decide_frame(frame_of(), ScriptedPlanner([0]))
+    capsys.readouterr()
+    decide_frame(frame_of(), ScriptedPlanner([0]))
+    assert capsys.readouterr().err == ""
+    decide_frame(frame_of(), Compiling([0]))
+    assert capsys.readouterr().err == f"{MESSAGE}\n"
 
 
 def test_the_same_frame_and_seed_give_the_same_answer(frame_of):
@@ -160,9 +179,9 @@ def test_reasons_and_json_hold_labels_alone(frame_of, name, target):
     assert not IDS & set(re.findall(r"Pick (\d+)", answer_text(answer)))
 
 
-def test_what_somebodys_planner_leaves_passes_as_it_is():
-    evidence = {"graph": [1, 2], "probabilities": "none", "certainty": {}, "pixels": {"1": 40}}
-    assert evidence_in_labels(evidence, {0: 512, 1: 40_000}) == evidence
+def test_notes_of_a_planner_pass_unchanged():
+    notes = {"pixels": {"1": 40}, "graphs": [1, 2]}
+    assert evidence_in_labels(Evidence(notes=notes), {0: 512, 1: 40_000}) == notes
 
 
 def rows(text: str) -> list[list[str]]:

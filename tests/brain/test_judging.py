@@ -10,8 +10,8 @@ from PIL import Image
 
 from torc.brain.judging import judge
 from torc.cli.perception import EvaluateCommand
+from torc.drawing.mask_comparison import mask_comparison
 from torc.errors import InputError
-from torc.perception.comparison import mask_comparison
 from torc.perception.scoring import score_masks
 from torc.pipeline.frames.annotated import LAYOUTS, AnnotatedPicture, annotated_pictures
 from torc.pipeline.frames.level import level_pose
@@ -19,7 +19,7 @@ from torc.specs.conditions import PipelineSpec
 from torc.testing.contexts import box
 from torc.testing.synthetic import synthetic_observation
 from torc.workspace.description import CameraMount
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 SHAPES = (box(0, 0.60, -0.20, (0.06, 0.06, 0.10)), box(4, 0.62, 0.00, (0.05, 0.08, 0.08)))
 OWN = load_workspace().camera
@@ -38,7 +38,7 @@ def save(path, array):
 def test_the_depth_stage_is_used():
     found = AnnotatedPicture("a", replace(picture(), label_image=None), True, picture().label_image)
     with pytest.raises(InputError, match="needs the two pictures"):
-        judge(found, PipelineSpec(perception="regions", depth="sgbm"))
+        judge(found, PipelineSpec(perception="embedded", depth="sgbm"))
 
 
 def write_ocid(root):
@@ -109,12 +109,12 @@ def test_each_layout_gives_the_picture_its_depth_and_its_true_masks(layout, tmp_
 def test_free_standing_boxes_are_found_whatever_the_layout(layout, tmp_path):
     WRITERS[layout](tmp_path)
     ((_, read),) = annotated_pictures(tmp_path, layout)
-    assert judge(read(), PipelineSpec(perception="regions")).score.overlap_f > 0.85
+    assert judge(read(), PipelineSpec(perception="embedded")).score.overlap_f > 0.85
 
 
 def test_the_command_prints_the_means_and_shows_the_worst(tmp_path, capsys):
     write_frames(tmp_path / "data")
-    stages = PipelineSpec(perception="regions")
+    stages = PipelineSpec(perception="embedded")
     assert EvaluateCommand(tmp_path / "data", out=tmp_path / "out", json=True, stages=stages).run() == 0
     told = json.loads(capsys.readouterr().out)
     assert told["pictures"] == 1
@@ -137,7 +137,7 @@ def test_what_cannot_be_used_is_told_with_its_reason(tmp_path, capsys):
         judge(annotated_pictures(tmp_path, "frames")[0][1](), PipelineSpec())
     broken = Path(tmp_path / "b.npz")
     broken.write_bytes(b"no archive")
-    assert EvaluateCommand(tmp_path, stages=PipelineSpec(perception="regions")).run() == 0
+    assert EvaluateCommand(tmp_path, stages=PipelineSpec(perception="embedded")).run() == 0
     assert "b.npz: left out" in capsys.readouterr().err
 
 

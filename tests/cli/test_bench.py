@@ -16,7 +16,7 @@ from torc.benchmark.playing import play
 from torc.benchmark.reading import read_table, read_tables
 from torc.benchmark.report.ranking import rank, verdict
 from torc.benchmark.table_files import pick_records, trial_records
-from torc.fingerprints import forget_files
+from torc.io.digests import forget_files
 from torc.problems.problem import load_problem, problem_text
 
 PROBLEMS = "structured-04,unstructured-02"

@@ -99,8 +99,8 @@ def test_a_library_that_cannot_be_loaded_gets_its_remedy(monkeypatch, capsys):
 
 def leaves(group=TORC, path=()):
     """Every command that is none but a group, by its words."""
-    for name, (_, command) in group.commands.items():
-        if isinstance(command, Group):
+    for name in group.commands:
+        if isinstance(command := group.command(name), Group):
             yield from leaves(command, (*path, name))
         else:
             yield (*path, name)

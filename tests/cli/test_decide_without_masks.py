@@ -13,7 +13,6 @@ from torc.testing.contexts import box
 from torc.testing.synthetic import synthetic_observation
 
 SHAPES = (box(3, 0.60, -0.20, (0.06, 0.06, 0.16)), box(5, 0.62, 0.00, (0.05, 0.08, 0.08)))
-REGIONS = ("--perception", "regions")
 
 
 @pytest.fixture
@@ -29,11 +28,11 @@ def middle(object_id):
 
 
 def test_a_mark_is_the_target_and_pictures_are_written(frame, tmp_path, capsys):
-    options = ("--mark", middle(5), "--json", "--out", tmp_path / "answer", *REGIONS)
+    options = ("--mark", middle(5), "--json", "--out", tmp_path / "answer")
     code, out, _ = run_torc("decide", frame, *options, capsys=capsys)
     answer = json.loads(out)
     assert code == 0
-    assert answer["eyes"] == "regions"
+    assert answer["eyes"] == "embedded"
     assert answer["target_visible"]
     assert answer["label"] == 0
     assert {o["label"] for o in answer["objects"]} >= {0}
@@ -54,9 +53,7 @@ def test_reference_pictures_are_read(frame, tmp_path, capsys):
     rows, cols = np.nonzero(alpha)
     cut = np.dstack([o.rgb, alpha])[rows.min() - 4 : rows.max() + 5, cols.min() - 4 : cols.max() + 5]
     Image.fromarray(cut).save(tmp_path / "box.png")
-    code, out, _ = run_torc(
-        "decide", frame, "--reference", tmp_path / "box.png", "--json", *REGIONS, capsys=capsys
-    )
+    code, out, _ = run_torc("decide", frame, "--reference", tmp_path / "box.png", "--json", capsys=capsys)
     answer = json.loads(out)
     assert code == 0
     assert answer["target_visible"]
@@ -65,7 +62,7 @@ def test_reference_pictures_are_read(frame, tmp_path, capsys):
     assert max(p, key=p.get) == 0
     assert p[0] > 0.5
     assert sum(p.values()) <= 1.001
-    _, out, _ = run_torc("decide", frame, "--reference", tmp_path / "box.png", *REGIONS, capsys=capsys)
+    _, out, _ = run_torc("decide", frame, "--reference", tmp_path / "box.png", capsys=capsys)
     assert re.search(r"The target is object 0 \(p = [01]\.\d\d\), in sight\.", " ".join(out.split()))
 
 
@@ -82,7 +79,7 @@ def test_reference_pictures_are_read(frame, tmp_path, capsys):
     ],
 )
 def test_what_cannot_be_is_told(frame, options, told, capsys):
-    code, _, err = run_torc("decide", frame, *options, *REGIONS, capsys=capsys)
+    code, _, err = run_torc("decide", frame, *options, capsys=capsys)
     assert code == 2
     assert told in err
 
@@ -101,7 +98,7 @@ def test_own_eyes_on_a_frame_with_masks_number_objects_themselves_and_know_its_t
     arrays = {"rgb": o.rgb, "depth_m": o.depth_m, "K": o.K, "T_world_camera": o.T_world_camera}
     label = np.where(o.label_image == 3, 40, np.where(o.label_image == 5, 50, 0))
     np.savez(tmp_path / "masked.npz", **arrays, labels=label, target=50)
-    code, out, _ = run_torc("decide", tmp_path / "masked.npz", "--json", *REGIONS, capsys=capsys)
+    code, out, _ = run_torc("decide", tmp_path / "masked.npz", "--json", capsys=capsys)
     answer = json.loads(out)
     assert code == 0
     assert answer["target_sought_by"] == "mark"
@@ -112,10 +109,10 @@ def test_own_eyes_on_a_frame_with_masks_number_objects_themselves_and_know_its_t
 
 
 def test_what_told_nothing_of_the_target_is_said(frame, tmp_path, capsys):
-    _, out, _ = run_torc("decide", frame, *REGIONS, capsys=capsys)
+    _, out, _ = run_torc("decide", frame, capsys=capsys)
     assert "add --reference" in " ".join(out.split())
     Image.fromarray(np.full((60, 60, 3), (250, 20, 220), np.uint8)).save(tmp_path / "pink.png")
-    _, out, _ = run_torc("decide", frame, "--reference", tmp_path / "pink.png", *REGIONS, capsys=capsys)
+    _, out, _ = run_torc("decide", frame, "--reference", tmp_path / "pink.png", capsys=capsys)
     assert "No mask looks enough like the reference pictures." in " ".join(out.split())
 
 
@@ -137,14 +134,13 @@ def test_an_empty_table_is_told_of(tmp_path, capsys):
 
 def test_words_are_read_by_a_model(frame, monkeypatch, capsys):
     client = ScriptedVlm(['{"thoughts": "the tall one", "number": 1}'])
-    monkeypatch.setattr("torc.vlm.opening.open_client", lambda *_: client)
+    monkeypatch.setattr("torc.pipeline.planners.open_client", lambda *_: client)
     options = (
         "--description",
         "the tall box",
         "--vlm",
         "openai:any@http://localhost:1/v1",
         "--json",
-        *REGIONS,
     )
     code, out, _ = run_torc("decide", frame, *options, capsys=capsys)
     answer = json.loads(out)

@@ -1,5 +1,7 @@
 """`torc doctor` says whether a picture can be drawn."""
 
+import pytest
+
 from torc.cli import doctor
 from torc.sim import drawing_trial
 
@@ -14,3 +16,11 @@ def test_the_doctor_says_what_was_drawn(monkeypatch):
     assert "Unset PYOPENGL_PLATFORM=glx" in finding.remedy
     monkeypatch.setattr(drawing_trial, "try_drawing", lambda: ("rays", ""))
     assert not doctor._rendering().required
+
+
+@pytest.mark.parametrize("packages", [("mujoco-core",), ("mujoco", "mujoco-core")])
+def test_two_packages_that_share_a_folder_are_noted(monkeypatch, packages):
+    monkeypatch.setattr(doctor, "_installed", lambda package: package in packages)
+    notes = list(doctor._two_mujocos())
+    assert len(notes) == len(packages) - 1
+    assert all(not note.ok and not note.required for note in notes)

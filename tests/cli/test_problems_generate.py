@@ -9,13 +9,13 @@ import pytest
 from tests.helpers.graspclutter6d_tree import upright, write_tree
 from tests.helpers.plain_mesh_reader import read_plain_mesh
 from tests.helpers.torc_command import run_torc
-from torc.episode.oracle.answer import ForeseenPick, OracleAnswer
 from torc.generation import generator, validation
 from torc.generation.config import Hiddenness, Reason
 from torc.generation.generator import GeneratedProblem, NotGenerated
 from torc.generation.graspclutter6d import placing
 from torc.generation.inspection import Difficulty
 from torc.generation.validation import Check, ValidationReport
+from torc.oracle.answer import ForeseenPick, OracleAnswer
 from torc.problems.problem import load_problem, save_problem
 from torc.records import PickOutcome, PickResult
 
@@ -138,7 +138,7 @@ def answer(monkeypatch):
         say("oracle: at it")
         return OracleAnswer(problem.name, seed, budget, True, foreseen, 1, True, 2, 2, 4, 9)
 
-    monkeypatch.setattr("torc.episode.oracle.solve.solve_problem", solve)
+    monkeypatch.setattr("torc.oracle.solve.solve_problem", solve)
     return given
 
 

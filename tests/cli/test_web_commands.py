@@ -14,8 +14,8 @@ import pytest
 from tests.helpers.fake_trial import play_fake_trial
 from tests.helpers.torc_command import run_torc
 from torc.pipeline.frames import save_observation
+from torc.pipeline.planners import make_planner
 from torc.specs.trial import TrialSpec
-from torc.task_planning.registry import make_planner
 from torc.testing.contexts import box
 from torc.testing.synthetic import synthetic_observation
 
@@ -68,7 +68,7 @@ def test_a_camera_is_shown_live_until_ctrl_c(tmp_path):
     save_observation(
         tmp_path / "frames" / "frame_1", synthetic_observation((box(1, 0.62, 0.0, (0.06, 0.06, 0.1)),))
     )
-    recorded = ("--camera", "recorded", "--camera.path", tmp_path / "frames", "--perception", "regions")
+    recorded = ("--camera", "recorded", "--camera.path", tmp_path / "frames")
     with _served("camera", "show", *recorded) as (process, where):
         numbers = []
         for _ in range(2):

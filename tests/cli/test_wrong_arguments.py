@@ -26,7 +26,7 @@ CASES = [
     ("run --vlm-temperature 1", "no --vlm"),
     (
         "run --planner random --vlm anthropic:m",
-        "random asks no model: leave out --vlm, or choose one of vlm-select",
+        "random asks no model: leave out --vlm, or choose one of vlm-fixes-dg, vlm-grasps, vlm-select",
     ),
     ("decide no_such_frame.npz", "no_such_frame.npz"),
     ("decide f --planner oracle", "oracle needs the simulation: torc run --planner oracle"),

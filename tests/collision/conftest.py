@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.helpers.reaching import reaching_qpos
-from torc.collision.world import CollisionWorld
+from torc.collision.collision_world import CollisionWorld
 from torc.records import OcclusionVolume
 from torc.robots.description import RobotDescription
 from torc.testing.views import View, view_of_clutter

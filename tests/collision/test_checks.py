@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from torc.collision.checks import (
+from torc.collision.collision_world import SURFACE, UNKNOWN, CollisionWorld, world_from_voxels
+from torc.collision.contacts import (
     attached_contacts,
     blockers,
     collides,
@@ -15,7 +16,6 @@ from torc.collision.checks import (
     static_contacts,
     with_attached,
 )
-from torc.collision.world import SURFACE, UNKNOWN, CollisionWorld, world_from_voxels
 from torc.errors import InputError
 from torc.geometry.transforms import invert, make_pose
 from torc.robots.description import RobotDescription

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from tests.helpers.full_geometry import FullGeometry
-from torc.collision.checks import self_contacts
+from torc.collision.contacts import self_contacts
 from torc.robots.loading import load_robot
 from torc.robots.names import robot_names
 

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from torc.collision.checks import blockers, carved, collides
-from torc.collision.world import (
+from torc.collision.collision_world import (
     FREE,
     SURFACE,
     UNKNOWN,
@@ -14,6 +13,7 @@ from torc.collision.world import (
     build_collision_world,
     distance_field,
 )
+from torc.collision.contacts import blockers, carved, collides
 from torc.errors import InputError
 from torc.records import BACKGROUND, EMPTY
 

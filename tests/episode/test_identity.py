@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 
-from tests.helpers.fake_episode import FakeRobot, ScriptedPlanner, fake_parts
+from tests.helpers.fake_episode import FakeRobot, ScriptedPlanner, fake_system
 from torc.episode.events import Decided, Executed, Looked, Started
 from torc.episode.identity import MaskFaults, mask_faults, true_ids
-from torc.episode.log_writing import log_line
-from torc.episode.loop import run_episode
+from torc.episode.log import line_of
+from torc.episode.loop import Episode, run_episode
+from torc.episode.steps import EpisodeConfig
+from torc.perception.protocol import Wanted
 from torc.pipeline.state import EndReason
 from torc.records import TARGET_ID, PickOutcome, PickResult
 from torc.testing.synthetic import SyntheticBox
@@ -23,11 +25,13 @@ def play(robot):
         """The result, the events, and the eyes; `names` are perception's ids by true ones, `in_hand` what it says of
         each of those in the hand.
         """
-        parts = fake_parts(FakeRobot(robot, (TARGET, TALL, SIDE), results), names, in_hand)
+        hardware = FakeRobot(robot, (TARGET, TALL, SIDE), results)
+        system = fake_system(hardware, names, in_hand)
         events = []
         started = Started("test", "scripted", 0, "the box", 4)
-        result = run_episode(parts, ScriptedPlanner(choices, targets), started, [events.append])
-        return result, events, parts.pipeline.perception
+        episode = Episode(hardware, system, Wanted("the box"), EpisodeConfig(4), [events.append])
+        result = run_episode(episode, ScriptedPlanner(choices, targets), started)
+        return result, events, system.pipeline.perception
 
     return run
 
@@ -44,7 +48,7 @@ def test_labels_that_are_given_need_no_translation(play):
     result, events, _ = play([0])
     assert true_ids(events[1].look) == {}
     assert result.outcomes[0].true_id is None
-    lines = [log_line(e) for e in events]
+    lines = [line_of(e).plain for e in events]
     assert not any("true_ids" in line or "true_id" in line for line in lines)
 
 
@@ -52,7 +56,7 @@ def test_each_mask_is_what_most_of_it_shows(play):
     _, events, _ = play([7], {0: 7, 1: 4, 2: 5})
     look = next(e for e in events if isinstance(e, Looked)).look
     assert true_ids(look) == {7: 0, 4: 1, 5: 2}
-    assert log_line(events[1])["true_ids"] == {"7": 0, "4": 1, "5": 2}
+    assert line_of(events[1]).plain["true_ids"] == {"7": 0, "4": 1, "5": 2}
 
 
 def test_two_objects_in_one_mask_are_the_larger_one(play):
@@ -67,12 +71,12 @@ def test_two_objects_in_one_mask_are_the_larger_one(play):
 def test_what_has_no_mask_is_missed_and_nothing_is_wrong_with_true_ones(play):
     _, events, _ = play([7], {0: 7, 1: 4})
     assert mask_faults(events[1].look) == MaskFaults(missed=(2,))
-    assert log_line(events[1])["mask_faults"] == {"merged": [], "split": [], "missed": [2]}
+    assert line_of(events[1]).plain["mask_faults"] == {"merged": [], "split": [], "missed": [2]}
     _, events, _ = play([7], {0: 7, 1: 4, 2: 5})
     assert mask_faults(events[1].look) == MaskFaults()
     _, events, _ = play([0])
     assert mask_faults(events[1].look) is None
-    assert "mask_faults" not in log_line(events[1])
+    assert "mask_faults" not in line_of(events[1]).plain
 
 
 def test_a_pick_is_told_by_the_ids_that_were_seen_and_scored_by_the_true_ones(play):
@@ -82,7 +86,7 @@ def test_a_pick_is_told_by_the_ids_that_were_seen_and_scored_by_the_true_ones(pl
     assert (second.object_id, second.true_id, second.result) == (0, 0, PickResult.RETRIEVED)
     assert result.retrieved
     assert result.held_target
-    executed = [log_line(e) for e in events if isinstance(e, Executed)]
+    executed = [line_of(e).plain for e in events if isinstance(e, Executed)]
     assert [line["true_id"] for line in executed] == [1, 0]
     # A planner is told nothing of it.
     assert first.as_felt.true_id is None
@@ -102,7 +106,7 @@ def test_a_planner_may_know_the_target_that_perception_does_not(play):
     assert result.held_target
     (outcome,) = result.outcomes
     assert (outcome.object_id, outcome.true_id, outcome.as_felt.result) == (5, 0, PickResult.RETRIEVED)
-    assert [log_line(e).get("is_target") for e in events if isinstance(e, Decided)] == [True]
+    assert [line_of(e).plain.get("is_target") for e in events if isinstance(e, Decided)] == [True]
 
 
 def test_a_planner_that_takes_another_object_for_the_target_brings_the_wrong_one(play):
@@ -149,7 +153,7 @@ def test_what_was_taken_for_the_target_and_is_not_is_let_go(play):
     assert eyes.before[1].target_id is None
     assert TARGET_ID not in eyes.before[1].ids
     assert eyes.before[1].brought_odds == pytest.approx(0.1 / 0.9)
-    lines = [log_line(e) for e in events if isinstance(e, Executed)]
+    lines = [line_of(e).plain for e in events if isinstance(e, Executed)]
     assert [line["target_p"] for line in lines] == [0.1, 0.9]
 
 
@@ -170,7 +174,7 @@ def test_another_object_that_passes_for_the_target_in_the_hand_ends_the_episode(
 def test_where_the_hand_cannot_tell_belief_stays(play):
     result, events, _ = play([4, 0], {0: 0, 1: 4, 2: 5}, in_hand={0: None, 4: None})
     assert [o.felt.result for o in result.outcomes] == [PickResult.REMOVED, PickResult.RETRIEVED]
-    assert not any("target_p" in log_line(e) for e in events)
+    assert not any("target_p" in line_of(e).plain for e in events)
 
 
 def test_who_names_the_target_is_not_asked_again(play):

@@ -6,22 +6,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.helpers.fake_episode import FakeMotionPlanner, FakeRobot, ScriptedPlanner
+from tests.helpers.fake_episode import FakeRobot, ScriptedPlanner, fake_system
 from torc.episode.events import Ended, Looked, Started
-from torc.episode.log_writing import log_line, result_facts, without_seconds
-from torc.episode.loop import run_episode
+from torc.episode.log import TrialResult, line_of, result_facts, without_seconds
+from torc.episode.loop import Episode, run_episode
 from torc.episode.recorder import TrialRecorder
-from torc.episode.steps import PickParts
+from torc.episode.steps import EpisodeConfig
 from torc.errors import InputError
-from torc.grasping.planner import GeometricGraspPlanner
-from torc.perception.privileged import LabelPerception
-from torc.pipeline.look import Pipeline
+from torc.io.record_files import load_record
+from torc.perception.protocol import Wanted
+from torc.pipeline.planners import make_planner
 from torc.pipeline.state import EndReason
 from torc.records import Decision, FeltOutcome, GraspStatus, Observation, PickOutcome, PickResult
-from torc.records.serialization import load_record
-from torc.task_planning.registry import make_planner
 from torc.testing.synthetic import SyntheticBox
-from torc.workspace.files import load_workspace
 
 TALL = SyntheticBox(1, (0.58, -0.12, 1.15), (0.05, 0.14, 0.20))
 SIDE = SyntheticBox(2, (0.62, -0.30, 1.10), (0.05, 0.05, 0.10))
@@ -31,12 +28,10 @@ TARGET = SyntheticBox(0, (0.66, -0.12, 1.08), (0.05, 0.05, 0.06))
 @pytest.fixture
 def play(robot):
     def run(planner, shapes=(TARGET, TALL, SIDE), results=(), impossible=(), max_picks=5, listeners=()):
-        workspace = load_workspace()
-        grasps = GeometricGraspPlanner(robot.gripper, workspace.support_z_m)
-        pipeline = Pipeline(LabelPerception(), grasps, robot.gripper, workspace)
-        picking = PickParts(FakeRobot(robot, shapes, results), pipeline, FakeMotionPlanner(impossible))
-        started = Started("test", planner.name, 0, "the box", max_picks)
-        return run_episode(picking, planner, started, listeners)
+        hardware = FakeRobot(robot, shapes, results)
+        system, config = fake_system(hardware, impossible=impossible), EpisodeConfig(max_picks)
+        episode = Episode(hardware, system, Wanted("the box"), config, listeners)
+        return run_episode(episode, planner, Started("test", planner.name, 0, "the box", max_picks))
 
     return run
 
@@ -76,7 +71,7 @@ def test_log_is_json_and_the_same_again(play):
         play(make_planner("random"), listeners=[events.append])
         assert isinstance(events[0], Started)
         assert isinstance(events[-1], Ended)
-        logs.append([json.dumps(without_seconds(log_line(e))) for e in events])
+        logs.append([json.dumps(without_seconds(line_of(e).plain)) for e in events])
     assert logs[0] == logs[1]
 
 
@@ -84,7 +79,7 @@ def test_saved_snapshots_give_the_same_perception_again(play, tmp_path):
     """The record is what perception was given, also what planners are not shown."""
     recorder, seen = TrialRecorder(tmp_path / "trial", {}, snapshots=True), []
     play(make_planner("random"), max_picks=1, listeners=[recorder, seen.append])
-    recorder.complete({})
+    recorder.complete(TrialResult(status="completed"))
     record = load_record(tmp_path / "trial" / "picks" / "00_observation.npz", Observation)
     assert np.array_equal(record.label_image, seen[1].look.observation.label_image)
 
@@ -94,7 +89,7 @@ def test_recorder_writes_a_whole_directory(play, tmp_path):
     result = play(make_planner("dg-select"), listeners=[recorder])
     assert (tmp_path / "trial.partial").exists()
     assert not (tmp_path / "trial").exists()
-    recorder.complete({"retrieved": result.retrieved})
+    recorder.complete(TrialResult(status="completed", **result_facts(result)))
     names = {
         p.relative_to(tmp_path / "trial").as_posix() for p in (tmp_path / "trial").rglob("*") if p.is_file()
     }

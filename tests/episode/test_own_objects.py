@@ -14,10 +14,10 @@ from torc.objects.importing.storing import add_object
 from torc.objects.library import load_object
 from torc.problems.problem import ObjectPlacement, Problem, save_problem
 from torc.sim.rendering import CameraRenderer
-from torc.sim.world import build_world
+from torc.sim.simulated_world import build_world
 from torc.specs.trial import TrialSpec
 from torc.workspace.description import CameraMount
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 TABLE_Z = load_workspace().support_z_m
 
@@ -69,5 +69,5 @@ def test_imported_objects_are_seen_cleared_away_and_fetched(tmp_path):
 
     spec = TrialSpec.of(str(tmp_path / "own.yaml"), "dg-select", seed=0, max_picks=6)
     result = run_trial(spec, tmp_path / "trial", say=lambda _: None).result
-    assert (result["status"], result["retrieved"], result["drops"]) == ("completed", True, 0)
-    assert 2 <= result["picks"] <= 4
+    assert (result.status, result.retrieved, result.drops) == ("completed", True, 0)
+    assert 2 <= result.picks <= 4

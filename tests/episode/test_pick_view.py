@@ -11,8 +11,8 @@ from torc.episode.pick_view import load_view, view_of
 from torc.episode.trajectory import CAMERA, FPS, TRAJECTORY, RecordedMotion, load_motion
 from torc.episode.trial import Recording, run_trial
 from torc.errors import InputError
+from torc.io.record_files import save_record
 from torc.records import GraspStatus
-from torc.records.serialization import save_record
 from torc.specs.trial import TrialSpec
 from torc.task_planning.graph_building import build_dependency_graph
 from torc.testing.contexts import behind_context, cluttered_context, empty_context, hidden_context
@@ -105,7 +105,7 @@ def test_it_shows_the_trial_and_does_not_change_it(tmp_path, robot):
         trial = run_trial(
             spec, tmp_path / name, recording=Recording(trajectory=filmed), say=lambda text: None
         )
-        assert trial.result["status"] == "completed"
+        assert trial.result.status == "completed"
         logs.append(comparable_log(trial.directory))
     assert logs[0] == logs[1]
     motion = load_motion(tmp_path / "filmed" / TRAJECTORY)

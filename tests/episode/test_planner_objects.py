@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tests.helpers.fake_trial import play_fake_trial
-from torc.episode.planners import spec_of_object
 from torc.errors import InputError
+from torc.pipeline.planners import spec_of_object
 from torc.records import Decision
 from torc.specs.trial import PlannerSpec, TrialSpec
 from torc.task_planning.dg_select import DgSelectPlanner
@@ -61,7 +61,7 @@ def test_a_number_that_no_object_can_have_is_no_valid_choice(number, logged, tmp
     trial = play_fake_trial(TrialSpec.of("boxes", "mine", max_picks=1), tmp_path / "t", Mine(answer=answer))
     lines = [json.loads(line) for line in (tmp_path / "t" / "events.jsonl").read_text().splitlines()]
     executed = next(line for line in lines if line["event"] == "executed")
-    assert trial.result["status"] == "completed"
+    assert trial.result.status == "completed"
     assert executed["object_id"] == logged
     if number != 1:
         assert executed["result"] == "no valid choice"

@@ -8,18 +8,17 @@ import pytest
 from tests.helpers.trial_logs import comparable_log
 from torc.episode import steps
 from torc.episode.events import Executed, Looked
-from torc.episode.log_writing import log_line
-from torc.episode.planners import make_trial_planner
+from torc.episode.log import line_of
 from torc.episode.privileged import Privileged, open_sandbox
 from torc.episode.steps import EpisodeConfig
 from torc.episode.trial import run_trial
 from torc.errors import UnknownNameError
-from torc.perception.asking import ask_camera
+from torc.perception.checked_scenes import ask_camera
 from torc.pipeline.building import build_system
+from torc.pipeline.planners import make_planner, refuse_simulated
 from torc.problems.problem import load_problem
 from torc.specs.conditions import Conditions
 from torc.specs.trial import TrialSpec
-from torc.task_planning.registry import make_planner
 
 PROBLEM, SEED, PICKS = "structured-04", 1, 2
 
@@ -48,7 +47,7 @@ def sandbox():
 
 
 def _digest(look):
-    return log_line(Looked(0, look, 0.0, None))["digest"]
+    return line_of(Looked(0, look, 0.0, None)).plain["digest"]
 
 
 def _trial(planner, directory, listeners=()):
@@ -110,11 +109,11 @@ def test_grasps_are_drawn_alike_whatever_is_gone(sandbox):
 
 
 def test_privileged_planners_are_known_to_trials_alone():
-    assert isinstance(make_trial_planner("oracle"), Privileged)
-    assert not isinstance(make_trial_planner("random"), Privileged)
+    assert isinstance(make_planner("oracle"), Privileged)
+    assert not isinstance(make_planner("random"), Privileged)
     with pytest.raises(UnknownNameError, match="Did you mean 'oracle'"):
-        make_trial_planner("oracel")
+        make_planner("oracel")
     with pytest.raises(UnknownNameError, match=r"oracle.*or your own as module:Class"):
-        make_trial_planner("x/mine.py")
-    with pytest.raises(UnknownNameError):
-        make_planner("oracle")
+        make_planner("x/mine.py")
+    with pytest.raises(InputError, match="needs the simulation"):
+        refuse_simulated("oracle")

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from torc.drawing.strip import Frame, crop_around_objects, picture_strip
 from torc.episode.events import Event, Executed, Started
-from torc.episode.pictures import Frame, crop_around_objects, picture_strip
 from torc.episode.progress import _NEXT, TerminalProgress
 from torc.records import PickOutcome, PickResult
 

@@ -19,7 +19,7 @@ from torc.pipeline.building import build_system
 from torc.problems.problem import ObjectPlacement, Problem, load_problem, save_problem
 from torc.specs.conditions import Conditions
 from torc.specs.trial import TrialSpec
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 SPEC = TrialSpec.of("structured-04", "dg-select", seed=3, max_picks=1)
 
@@ -33,7 +33,7 @@ def test_same_trial_same_log_also_in_another_process_and_with_a_video(tmp_path):
     import av
 
     trial = run_trial(SPEC, tmp_path / "a", recording=Recording(video=True), say=_silent)
-    assert trial.result["status"] == "completed"
+    assert trial.result.status == "completed"
     options = ["--seed=3", "--max-picks=1", f"--out={tmp_path / 'b'}", "--json"]
     command = [sys.executable, "-m", "torc.cli.main", "run", SPEC.problem, *options]
     subprocess.run(command, check=True, capture_output=True)
@@ -71,7 +71,7 @@ def test_depth_can_come_from_the_two_pictures_of_a_stereo_camera(tmp_path):
     conditions = Conditions(depth="sgbm", settings={"depth.block_px": 7, "simulation.rig.baseline_m": 0.05})
     spec = replace(SPEC, conditions=replace(conditions, max_picks=1))
     for name in "ab":
-        assert run_trial(spec, tmp_path / name, say=_silent).result["status"] == "completed"
+        assert run_trial(spec, tmp_path / name, say=_silent).result.status == "completed"
     assert _log(tmp_path / "a") == _log(tmp_path / "b")
 
 
@@ -81,7 +81,7 @@ def test_ctrl_c_leaves_a_readable_partial_log(tmp_path):
             raise KeyboardInterrupt
 
     trial = run_trial(SPEC, tmp_path / "trial", listeners=[interrupt], say=_silent)
-    assert trial.result["status"] == "interrupted"
+    assert trial.result.status == "interrupted"
     assert trial.directory == tmp_path / "trial.partial"
     assert not (tmp_path / "trial").exists()
     assert [line["event"] for line in _log(trial.directory)] == ["started", "looked", "decided"]
@@ -95,8 +95,8 @@ def test_what_breaks_is_errored_never_a_failed_retrieval(tmp_path, error):
             raise error
 
     trial = run_trial(SPEC, tmp_path / "trial", listeners=[explode], say=_silent)
-    assert trial.result["status"] == "errored"
-    assert str(error) in trial.result["error"]
+    assert trial.result.status == "errored"
+    assert str(error) in trial.result.error
     assert "retrieved" not in trial.result
     assert "Traceback" in (tmp_path / "trial" / "error.txt").read_text()
 
@@ -147,5 +147,5 @@ def test_a_trial_with_another_gripper_retrieves_the_target(max_width_m, tmp_path
     save_problem(problem, tmp_path / "own.yaml")
     spec = TrialSpec.of(str(tmp_path / "own.yaml"), "random", robot=str(robot), max_picks=3)
     result = run_trial(spec, tmp_path / "trial", say=lambda text: None).result
-    assert result["status"] == "completed", result
-    assert result["retrieved"]
+    assert result.status == "completed", result
+    assert result.retrieved

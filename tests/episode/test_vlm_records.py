@@ -9,11 +9,11 @@ import pytest
 from torc.episode.events import Decided
 from torc.episode.recorder import TrialRecorder
 from torc.episode.trial import recorded_trial
+from torc.records.evidence import Tokens
 from torc.testing import contexts
 from torc.vlm.config import Asking, VlmConfig
 from torc.vlm.picture_config import PictureConfig
 from torc.vlm.prices import Prices
-from torc.vlm.protocol import Tokens
 from torc.vlm.replies import reply_of
 from torc.vlm.select import VlmSelectPlanner
 

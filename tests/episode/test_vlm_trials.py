@@ -12,11 +12,11 @@ from rich.console import Console
 from tests.helpers.fake_vlm import ScriptedVlm
 from tests.helpers.trial_logs import comparable_log as _log
 from tests.helpers.vlm_server import Fail, FakeVlmServer, Say
-from torc.episode.planners import make_trial_planner
 from torc.episode.privileged import Privileged, Truth
 from torc.episode.progress import TerminalProgress
 from torc.episode.trial import Situations, run_trial, situation_of
 from torc.errors import InputError
+from torc.pipeline.planners import make_planner
 from torc.sim.visibility import Visibility
 from torc.specs.trial import TrialSpec
 from torc.testing import contexts
@@ -60,12 +60,12 @@ def test_a_trial_is_recorded_and_replays_without_a_server(tmp_path, monkeypatch)
         spec = _spec(server)
         first = run_trial(spec, tmp_path / "a", vlm_cache=cache, say=_silent)
         images = [png for asked in server.asked for png in asked.images]
-    assert first.result["status"] == "completed"
-    assert first.result["outcomes"] == ["no valid choice"]
+    assert first.result.status == "completed"
+    assert first.result.outcomes == ("no valid choice",)
     assert len(images) == 3
     assert {(tmp_path / "a" / "picks" / "00_sent_1.png").read_bytes()} == set(images)
     use = {"calls": 3, "tokens_sent": 900, "tokens_written": 75, "tokens_thinking": 15}
-    assert first.result["vlm_use"] == {**use, "cost": pytest.approx(0.0012), "currency": "EUR"}
+    assert first.result.vlm_use.plain == {**use, "cost": pytest.approx(0.0012), "currency": "EUR"}
     _assert_no_secret(tmp_path, images)
     assert json.loads((tmp_path / "a" / "spec.json").read_text())["planner"]["vlm"]["model"] == "some-model"
     monkeypatch.delenv(OWN_SERVER_VARIABLE)
@@ -73,16 +73,16 @@ def test_a_trial_is_recorded_and_replays_without_a_server(tmp_path, monkeypatch)
     run_trial(spec, tmp_path / "b", vlm_cache=replay, say=_silent)
     assert _log(tmp_path / "a") == _log(tmp_path / "b")
     missed = run_trial(replace(spec, seed=4), tmp_path / "c", vlm_cache=replay, say=_silent)
-    assert missed.result["status"] == "errored"
-    assert "holds no reply" in missed.result["error"]
+    assert missed.result.status == "errored"
+    assert "holds no reply" in missed.result.error
 
 
 def test_a_server_that_fails_makes_the_trial_errored(tmp_path):
     with FakeVlmServer("openai", [Fail(500, f"I was sent {KEY}")], KEY) as server:
         trial = run_trial(_spec(server), tmp_path / "a", say=_silent)
         images = [png for asked in server.asked for png in asked.images]
-    assert trial.result["status"] == "errored"
-    assert "server error" in trial.result["error"]
+    assert trial.result.status == "errored"
+    assert "server error" in trial.result.error
     assert "picks" not in trial.result
     assert len(images) == 2
     _assert_no_secret(tmp_path, images)
@@ -125,7 +125,7 @@ def test_the_situation_is_what_the_simulator_and_the_pipeline_know():
 
 def test_planners_stay_unprivileged_and_without_a_trial_nothing_is_told():
     for name in ("vlm-select", "vlm-grasps", "vlm-fixes-dg"):
-        assert not isinstance(make_trial_planner(name, client=ScriptedVlm(["?"])), Privileged)
+        assert not isinstance(make_planner(name, client=ScriptedVlm(["?"])), Privileged)
     situations = Situations()
     assert isinstance(situations, Privileged)
     with pytest.raises(InputError, match="torc run"):
@@ -138,10 +138,10 @@ def test_a_trial_says_everywhere_that_its_vlm_is_simulated(tmp_path):
     spec = TrialSpec.of("structured-04", "vlm-select", seed=3, max_picks=1, vlm=POOR)
     with console.status("") as status:
         trial = run_trial(spec, tmp_path / "a", listeners=[TerminalProgress(console, status)], say=_silent)
-    assert trial.result["status"] == "completed"
-    assert trial.result["vlm"] == "simulated:poor"
-    assert trial.result["participant"] is False
-    assert trial.result["simulated_vlm"] == asdict(PROFILES["poor"])
+    assert trial.result.status == "completed"
+    assert trial.result.vlm == "simulated:poor"
+    assert trial.result.participant is False
+    assert trial.result.simulated_vlm == asdict(PROFILES["poor"])
     assert json.loads((tmp_path / "a" / "spec.json").read_text())["planner"]["vlm"]["provider"] == "simulated"
     assert "simulated" in spec.default_name
     assert text.getvalue().count("simulated:poor") >= 2  # who asks whom, and why this object
@@ -165,5 +165,5 @@ def test_looking_up_the_truth_disturbs_nothing(tmp_path):
         TrialSpec.of("structured-04", "random", seed=3, max_picks=1), tmp_path / "c", say=_silent
     )
     assert _log(tmp_path / "c")[1] == _log(tmp_path / "a")[1]
-    assert plain.result["participant"] is True
-    assert plain.result["vlm"] is None
+    assert plain.result.participant is True
+    assert plain.result.vlm is None

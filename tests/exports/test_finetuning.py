@@ -8,9 +8,10 @@ import pytest
 from torc.errors import InputError
 from torc.exports.exporting import ExportSpec, export_trials
 from torc.exports.selection import split_of
+from torc.records.evidence import Tokens
 from torc.vlm.answers import read_first_pick
-from torc.vlm.asking import fill_prompt
-from torc.vlm.protocol import Finish, Reply, Tokens
+from torc.vlm.asker import fill_prompt
+from torc.vlm.protocol import Finish, Reply
 from torc.vlm.replies import find_json
 
 ALL = ("oracle", "random", "dg-select")

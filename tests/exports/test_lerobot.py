@@ -14,7 +14,7 @@ from torc.episode.video import Mp4Writer
 from torc.errors import InputError
 from torc.exports.exporting import ExportSpec, export_trials
 from torc.exports.lerobot import CAMERA_KEY
-from torc.records.serialization import save_record
+from torc.io.record_files import save_record
 
 SIZE = 64
 

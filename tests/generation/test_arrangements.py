@@ -20,8 +20,8 @@ from torc.geometry.transforms import transform_points
 from torc.objects.library import load_object
 from torc.problems.problem import ObjectPlacement, Problem
 from torc.sim.settling import UNSEEN
-from torc.sim.world import build_world
-from torc.workspace.files import load_workspace
+from torc.sim.simulated_world import build_world
+from torc.workspace.workspace_files import load_workspace
 
 SEEDS = range(3)
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from torc.drawing.palette import object_color
 from torc.errors import InputError
 from torc.generation import cards, gallery
 from torc.generation.cards import GAP, VIEW_SIZE, Card, draw_card
@@ -15,7 +16,6 @@ from torc.generation.gallery import make_gallery
 from torc.generation.inspection import Difficulty
 from torc.generation.oracle_orders import OracleOrder
 from torc.generation.views import VIEW_NAMES
-from torc.perception.palette import object_color
 from torc.problems.problem import load_problem
 from torc.records import TARGET_ID
 from torc.sim.rendering import View

@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 from torc.generation.surfaces import SPACING_M, placed, surface_cloud
 from torc.geometry.transforms import make_pose, rotation_about
 from torc.objects.library import load_object
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 TABLE_Z = load_workspace().support_z_m
 

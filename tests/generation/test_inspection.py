@@ -12,7 +12,7 @@ from torc.objects.library import load_object
 from torc.perception.segmentation import PerceptionConfig
 from torc.problems.problem import ObjectPlacement, Problem, load_problem
 from torc.records import TARGET_ID
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 SCENE = load_problem("structured-04")
 

@@ -9,8 +9,8 @@ import pytest
 from torc.errors import InputError, UnknownNameError
 from torc.generation.config import GenerationConfig
 from torc.generation.sampling import allowed_models, placement_names, sample_models
-from torc.objects.files import save_object
 from torc.objects.library import builtin_object_names, load_object
+from torc.objects.object_files import save_object
 
 
 def test_samples_prefer_different_kinds_and_respect_held_out() -> None:

@@ -8,7 +8,7 @@ import pytest
 from torc.generation.validation import validate_problem
 from torc.problems.problem import ObjectPlacement, load_problem
 from torc.sim.stillness import StillnessConfig
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 QUICK = {"stillness": StillnessConfig(seconds=1.0), "first_looks": 1}
 GOOD = load_problem("structured-04")

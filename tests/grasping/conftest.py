@@ -10,8 +10,8 @@ sys.path.insert(0, str(Path(__file__).parent))
 from grasping_scenes import TABLE_Z
 
 from tools.grasp_model.hand_score import HandScore
+from torc.grasping.geometric_planner import GeometricGraspPlanner
 from torc.grasping.hand import hand_geometry
-from torc.grasping.planner import GeometricGraspPlanner
 from torc.testing.views import view_of_clutter
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from torc.testing.synthetic import SyntheticBox
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 WORKSPACE = load_workspace()
 TABLE_Z = WORKSPACE.support_z_m

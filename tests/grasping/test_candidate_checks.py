@@ -5,7 +5,7 @@ import pytest
 from grasping_scenes import TABLE_Z, standing_box
 from hand_reference import corners, in_grasp_frame, in_open_palm, in_swept_fingers, tip_shift
 
-from torc.grasping.checks import BETWEEN, FINGERS, PALM, Fault, check_candidates
+from torc.grasping.candidate_checks import BETWEEN, FINGERS, PALM, Fault, check_candidates
 from torc.grasping.clouds import build_clouds
 from torc.grasping.config import CheckConfig, GraspConfig
 from torc.grasping.generators.common import RawCandidates

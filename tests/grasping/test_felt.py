@@ -7,7 +7,7 @@ import pytest
 from grasping_scenes import TABLE_Z, standing_box
 
 from torc.geometry.transforms import invert, transform_points
-from torc.grasping.checks import Fault, check_candidates
+from torc.grasping.candidate_checks import Fault, check_candidates
 from torc.grasping.clouds import build_clouds
 from torc.grasping.config import CandidateConfig, CheckConfig, CloudConfig
 from torc.grasping.generators import GeneratorInput, RawCandidates, propose_slices

@@ -13,7 +13,7 @@ from torc.errors import InputError
 from torc.geometry.transforms import make_pose
 from torc.grasping.config import CandidateConfig, GraspConfig, SelectionConfig
 from torc.grasping.features import FEATURE_NAMES
-from torc.grasping.planner import GeometricGraspPlanner
+from torc.grasping.geometric_planner import GeometricGraspPlanner
 from torc.grasping.selection import chosen, thinned
 from torc.records import TARGET_ID
 from torc.robots.loading import load_robot

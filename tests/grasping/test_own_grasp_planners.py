@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from torc.errors import GraspPlannerError, InputError, UnknownNameError
-from torc.grasping.asking import ask_grasp_planner, grasp_faults
-from torc.grasping.planner import GeometricGraspPlanner
+from torc.grasping.checked_grasps import ask_grasp_planner, grasp_faults
+from torc.grasping.geometric_planner import GeometricGraspPlanner
 from torc.pipeline.building import make_stage
+from torc.registry.context import BuildContext
 from torc.robots.loading import load_robot
 from torc.specs.conditions import Conditions
 from torc.testing import contexts
@@ -52,7 +53,9 @@ class Crashing:
 
 
 def make_grasp_planner(name, gripper, support_z_m):
-    return make_stage(Conditions(grasps=name), "grasps", gripper=gripper, support_z_m=support_z_m)
+    return make_stage(
+        Conditions(grasps=name), "grasps", BuildContext(gripper=gripper, support_z_m=support_z_m)
+    )
 
 
 def _asked(result):

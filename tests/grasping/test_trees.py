@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from torc.errors import InputError
-from torc.grasping.planner import default_scorer
+from torc.grasping.geometric_planner import default_scorer
 from torc.grasping.trees import TreeModel, load_trees, save_trees
 
 NAMES = tuple(f"f{k}" for k in range(5))

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from grasping_scenes import TABLE_Z, WORKSPACE, standing_box
 
-from torc.collision.checks import blockers
-from torc.collision.world import SURFACE, build_collision_world
+from torc.collision.collision_world import SURFACE, build_collision_world
+from torc.collision.contacts import blockers
 from torc.errors import InputError
+from torc.grasping.geometric_planner import GENERATOR_NAMES, NO_GRASPS
 from torc.grasping.hand_contacts import hand_contacts, open_boxes, voxel_blockers
-from torc.grasping.planner import GENERATOR_NAMES, NO_GRASPS
 from torc.grasping.validity import evaluate_grasps, evaluate_grasps_without_robot, tool0_targets
 from torc.records import GraspSet, GraspStatus
 from torc.robots.kinematics import tool0_poses

@@ -146,7 +146,7 @@ def test_the_same_seed_and_picks_go_as_in_a_trial_and_again(tmp_path):
     finally:
         env.close()
     assert all(_same(a, b) for a, b in zip(episodes[0][0], episodes[1][0]))
-    assert episodes[0][1] == episodes[1][1] == trial.result["outcomes"]
+    assert episodes[0][1] == episodes[1][1] == trial.result.outcomes
     graspable = [np.flatnonzero(o["graspable"]).tolist() for o in episodes[0][0]]
     assert graspable[: len(picks)] == [line["graspable"] for line in lines if line["event"] == "looked"]
 

@@ -7,12 +7,13 @@ from dataclasses import replace
 import numpy as np
 
 from torc.episode.loop import Episode
-from torc.episode.steps import EpisodeConfig, PickParts, Steps
-from torc.grasping.planner import GeometricGraspPlanner
+from torc.episode.steps import EpisodeConfig
+from torc.grasping.geometric_planner import GeometricGraspPlanner
 from torc.motion.protocol import PickRequest
 from torc.perception.privileged import LabelPerception
 from torc.perception.protocol import Perception, Wanted
 from torc.perception.segmentation import PerceptionConfig, segment
+from torc.pipeline.building import System
 from torc.pipeline.look import Pipeline
 from torc.records import (
     BACKGROUND,
@@ -31,8 +32,9 @@ from torc.records import (
 )
 from torc.robots.description import RobotDescription
 from torc.robots.protocols import HeldCheck
+from torc.specs.conditions import Conditions
 from torc.testing.synthetic import Shape, synthetic_observation
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 
 class FakeRobot:
@@ -120,11 +122,12 @@ class RecognisingEyes(RenamingEyes):
         return self.in_hand[object_id]
 
 
-def fake_parts(
+def fake_system(
     robot: FakeRobot,
     names: Mapping[int, int] | None = None,
     in_hand: Mapping[int, float | None] | None = None,
-) -> PickParts:
+    impossible: Sequence[int] = (),
+) -> System:
     """Real perception and grasps, and motions that stand still; with `names` eyes that have ids of their own, and with
     `in_hand` ones that recognise what is lifted.
     """
@@ -133,7 +136,8 @@ def fake_parts(
     eyes: Perception = LabelPerception()
     if names is not None:
         eyes = RenamingEyes(robot, names) if in_hand is None else RecognisingEyes(robot, names, in_hand)
-    return PickParts(robot, Pipeline(eyes, grasps, gripper, workspace), FakeMotionPlanner())
+    pipeline = Pipeline(eyes, grasps, gripper, workspace)
+    return System(Conditions(), robot.description, workspace, pipeline, FakeMotionPlanner(impossible))
 
 
 class FakeMotionPlanner:
@@ -189,7 +193,7 @@ class FakeSimulation:
         results = self.results[len(self.begun)] if len(self.begun) < len(self.results) else ()
         self.begun.append((problem, config))
         robot = FakeRobot(self.description, self.shapes, results)
-        return Episode(Steps(fake_parts(robot), Wanted("the small box"), config))
+        return Episode(robot, fake_system(robot), Wanted("the small box"), config)
 
     def close(self) -> None:
         """Holds nothing."""

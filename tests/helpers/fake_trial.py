@@ -3,15 +3,17 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from tests.helpers.fake_episode import FakeRobot, fake_parts
+from tests.helpers.fake_episode import FakeRobot, fake_system
 from torc.episode.events import Listener, Started
-from torc.episode.log_writing import result_facts
-from torc.episode.loop import run_episode
+from torc.episode.log import RESULT_FORMAT, TrialResult, result_facts
+from torc.episode.loop import Episode, run_episode
 from torc.episode.recorder import TrialRecorder
-from torc.episode.trial import RESULT_FORMAT, Trial
+from torc.episode.steps import EpisodeConfig
+from torc.episode.trial import Trial
+from torc.perception.protocol import Wanted
 from torc.records import PickOutcome
 from torc.robots.loading import load_robot
-from torc.specs.files import to_plain
+from torc.specs.spec_files import to_plain
 from torc.specs.trial import TrialSpec
 from torc.task_planning.protocol import TaskPlanner
 from torc.testing.synthetic import Shape, SyntheticBox
@@ -38,18 +40,21 @@ def play_fake_trial(
     The problem of `spec` is not looked at: `shapes` stand on the table. Picks beyond `results` succeed.
     `names` are perception's own ids by the shapes', where it has such.
     """
-    picking = fake_parts(FakeRobot(load_robot(), shapes, results), names)
+    robot = FakeRobot(load_robot(), shapes, results)
     recorder = TrialRecorder(out, to_plain(spec, {}), overwrite=True)
     called = tuple(f"thing {s.id}" for s in shapes)
     started = Started(
         spec.problem, planner.name, spec.seed, "the small box", spec.conditions.max_picks, called
     )
     try:
-        ended = run_episode(picking, planner, started, [recorder, *listeners])
+        config = EpisodeConfig(started.max_picks, started.seed)
+        wanted = Wanted(started.target_description)
+        episode = Episode(robot, fake_system(robot, names), wanted, config, [recorder, *listeners])
+        ended = run_episode(episode, planner, started)
     except KeyboardInterrupt:
-        result = {"format": RESULT_FORMAT, "status": "interrupted"}
+        result = TrialResult(status="interrupted")
         recorder.write_result(result)
-        return Trial(recorder.partial, result)
-    result = {"format": RESULT_FORMAT, "status": "completed", **result_facts(ended)}
+        return Trial(result, tuple(recorder.lines), recorder.partial)
+    result = TrialResult(format=RESULT_FORMAT, status="completed", **result_facts(ended))
     recorder.complete(result)
-    return Trial(out, result)
+    return Trial(result, tuple(recorder.lines), out)

@@ -9,7 +9,7 @@ from jaxtyping import Float
 from scipy.spatial import cKDTree
 
 from tests.helpers.full_geometry import FullGeometry, Obstacle, convex_hull, solid_boxes, voxel_octree
-from torc.collision.world import FREE, SURFACE
+from torc.collision.collision_world import FREE, SURFACE
 from torc.geometry.transforms import invert, transform_points
 from torc.motion.protocol import PickRequest
 from torc.records import PickPlan, Trajectory

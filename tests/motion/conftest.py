@@ -6,17 +6,17 @@ from functools import cache
 import numpy as np
 import pytest
 
-from torc.collision.checks import blockers
+from torc.collision.contacts import blockers
 from torc.geometry.transforms import invert, make_pose
-from torc.motion.planner import SamplingMotionPlanner
 from torc.motion.protocol import PickRequest
+from torc.motion.sampling_planner import SamplingMotionPlanner
 from torc.records import GraspReport, GraspSet, GraspStatus
 from torc.robots.description import RobotDescription
 from torc.robots.ik import solve_ik
 from torc.testing.synthetic import Shape, SyntheticBox, half_sizes
 from torc.testing.views import View, view_of, view_of_clutter
 from torc.workspace.description import Workspace
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 
 @pytest.fixture(scope="session")

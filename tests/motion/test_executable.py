@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from tests.helpers.marks import long
-from torc.collision.checks import robot_arrays
+from torc.collision.contacts import robot_arrays
 from torc.motion.config import CartesianConfig, MotionConfig
 from torc.motion.executable import without_lines
 from torc.motion.following import follow_lines
 from torc.motion.line_context import LineContext
-from torc.motion.planner import SamplingMotionPlanner
 from torc.motion.protocol import NoMotionError, PickRequest
+from torc.motion.sampling_planner import SamplingMotionPlanner
 from torc.records import GraspStatus
 from torc.robots.kinematics import tool0_poses
 

@@ -9,7 +9,7 @@ from torc.motion.holding import hull_spheres, possible_points, unseen_below
 from torc.records.volume import OcclusionVolume, VoxelGrid
 from torc.testing.synthetic import SyntheticBox
 from torc.testing.views import view_of, view_of_clutter
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 TABLE = load_workspace().support_z_m
 CAMERA = load_workspace().camera.T_world_camera[:3, 3]

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from jaxtyping import Bool, Float
 
-from torc.collision.checks import carved, collides
-from torc.collision.world import FREE, UNKNOWN, CollisionWorld, world_from_voxels
+from torc.collision.collision_world import FREE, UNKNOWN, CollisionWorld, world_from_voxels
+from torc.collision.contacts import carved, collides
 from torc.motion.config import MotionConfig, SearchConfig
-from torc.motion.planner import SamplingMotionPlanner
 from torc.motion.protocol import PickRequest
+from torc.motion.sampling_planner import SamplingMotionPlanner
 from torc.records import PickPlan
 
 BIT = np.uint64(1) << np.uint64(1)

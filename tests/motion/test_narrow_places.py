@@ -7,10 +7,10 @@ import pytest
 
 from tests.helpers.marks import long
 from tests.helpers.motion_checker import PlanChecker
-from torc.collision.world import CollisionConfig
+from torc.collision.collision_world import CollisionConfig
 from torc.motion.config import CartesianConfig, MotionConfig, SearchConfig
-from torc.motion.planner import SamplingMotionPlanner
 from torc.motion.protocol import PickRequest
+from torc.motion.sampling_planner import SamplingMotionPlanner
 from torc.records import PickPlan
 from torc.robots.kinematics import sphere_centers
 

@@ -8,7 +8,7 @@ import pytest
 from tests.helpers.motion_checker import PlanChecker
 from torc.geometry.transforms import invert, transform_points
 from torc.motion.config import CartesianConfig, MotionConfig, SearchConfig
-from torc.motion.planner import SamplingMotionPlanner
+from torc.motion.sampling_planner import SamplingMotionPlanner
 from torc.records import GraspStatus, PickPlan, PlanFailure, PlanStage
 from torc.robots.kinematics import tool0_poses
 

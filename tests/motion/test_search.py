@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from torc.collision.checks import robot_arrays
+from torc.collision.contacts import robot_arrays
 from torc.motion.config import MotionConfig, SearchConfig
 from torc.motion.smoothing import corner_blends, shortcut
 from torc.motion.space import MotionQuery, free_space, grown

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from torc.collision.checks import robot_arrays
+from torc.collision.contacts import robot_arrays
 from torc.geometry.transforms import invert, make_pose
 from torc.motion.space import free_space, loosened
 from torc.motion.timed_motions import way_out

@@ -8,8 +8,8 @@ from torc.objects.library import has_object, load_object, object_facts, object_n
 from torc.problems.problem import ObjectPlacement, Problem
 from torc.sim.rendering import CameraRenderer
 from torc.sim.settling import UNSEEN
-from torc.sim.world import build_world
-from torc.workspace.files import load_workspace
+from torc.sim.simulated_world import build_world
+from torc.workspace.workspace_files import load_workspace
 
 NAME = "cereal_box_purple"
 

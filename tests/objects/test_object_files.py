@@ -10,9 +10,9 @@ import pytest
 from PIL import Image
 
 from torc.errors import InputError
-from torc.objects.files import check_model, load_object_directory, load_source, save_object
 from torc.objects.library import builtin_object_names, load_object
 from torc.objects.models import CollisionPiece, ObjectModel, VisualMesh, pieces_bounds
+from torc.objects.object_files import check_model, load_object_directory, load_source, save_object
 from torc.objects.schema import ObjectSource
 
 NAMES = ("mug_red", "cracker_box_red", "soup_can_red", "toy_car_blue", "bowl_blue")

@@ -10,7 +10,6 @@ import pytest
 
 from tools.grasp_model.facts import model_digest, save_facts
 from torc.errors import InputError, UnknownNameError
-from torc.objects.files import read_entry, save_object
 from torc.objects.library import (
     SHIPPED_OBJECTS,
     GraspFact,
@@ -26,6 +25,7 @@ from torc.objects.library import (
     store_directories,
 )
 from torc.objects.models import ObjectModel, pieces_bounds
+from torc.objects.object_files import read_entry, save_object
 from torc.problems.problem import ObjectPlacement, Problem, load_problem, save_problem
 
 NAMES = builtin_object_names()

@@ -13,7 +13,7 @@ from torc.occlusion.volume import OcclusionConfig, empty_volume, update_volume
 from torc.perception.privileged import LabelPerception
 from torc.records import BACKGROUND, EMPTY
 from torc.testing.synthetic import SyntheticBox, inside, random_clutter, synthetic_observation
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 GRID = load_workspace().grid
 SUPPORT_Z_M = load_workspace().support_z_m

@@ -10,7 +10,7 @@ from torc.occlusion.volume import FIXED_CAMERA, empty_volume, update_volume
 from torc.perception.privileged import LabelPerception
 from torc.records import StereoPair
 from torc.testing.synthetic import SyntheticBox, inside, random_clutter, raycast, synthetic_observation
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 WORKSPACE = load_workspace()
 GRID, LEFT = WORKSPACE.grid, WORKSPACE.camera

@@ -26,7 +26,7 @@ from torc.testing.synthetic import (
     random_clutter,
     synthetic_observation,
 )
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 GRID = load_workspace().grid
 SUPPORT_Z_M = load_workspace().support_z_m

@@ -12,7 +12,7 @@ from torc.perception.segmentation import PerceptionConfig
 from torc.testing.contexts import box
 from torc.testing.synthetic import synthetic_observation
 from torc.workspace.description import Box
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 PAPER = load_workspace()
 WALL = box(1, 0.70, 0.0, (0.02, 0.5, 0.2))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from torc.errors import PartError
-from torc.perception.asking import ask_recognition
+from torc.perception.checked_scenes import ask_recognition
 from torc.perception.from_masks import FromMasks, Masks
 from torc.perception.protocol import Wanted
 from torc.pipeline.building import make_stage

@@ -21,7 +21,7 @@ from torc.testing.synthetic import (
     raycast,
     synthetic_observation,
 )
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 BOX = SyntheticBox(1, (0.6, 0.0, 1.11), (0.1, 0.12, 0.12), (0.95, 0.0, 0.0, 0.31))
 CAN = SyntheticCylinder(2, (0.6, 0.2, 1.11), 0.035, 0.12)

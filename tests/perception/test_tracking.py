@@ -191,7 +191,7 @@ def test_over_a_whole_episode_no_id_is_lost_or_changed(seed):
 
 def test_a_camera_that_moved_finds_the_same_surface():
     from torc.workspace.description import CameraMount
-    from torc.workspace.files import load_workspace
+    from torc.workspace.workspace_files import load_workspace
 
     own = load_workspace().camera
     T = own.T_world_camera.copy()

@@ -5,7 +5,7 @@ import pytest
 
 from torc.pipeline.better_bet import BetConfig, hold_back_worse_bets
 from torc.records import GraspReport, GraspSet, GraspStatus
-from torc.task_planning.expected_picks import expected_picks
+from torc.task_planning.belief.costs import expected_picks
 
 VALID, BLOCKED, UNLIKELY = GraspStatus.VALID, GraspStatus.BLOCKED, GraspStatus.UNLIKELY
 Grasp = tuple[int, float, GraspStatus, tuple[int, ...]]

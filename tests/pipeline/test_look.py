@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from torc.geometry.transforms import invert, transform_points
-from torc.grasping.planner import GeometricGraspPlanner
+from torc.grasping.geometric_planner import GeometricGraspPlanner
 from torc.occlusion.volume import FIXED_REAL_CAMERA, empty_volume
 from torc.perception.privileged import LabelPerception
 from torc.perception.protocol import Wanted
@@ -25,7 +25,7 @@ from torc.records import (
 )
 from torc.robots.kinematics import tcp_pose
 from torc.testing.synthetic import SyntheticBox, synthetic_observation
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 SHAPES = (
     SyntheticBox(1, (0.58, -0.12, 1.15), (0.05, 0.14, 0.20)),

@@ -1,7 +1,7 @@
 """Problems survive the disk exactly, faults in a file are named with a remedy, and what a user may name is found."""
 
 import shutil
-from dataclasses import replace
+from dataclasses import astuple, replace
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +22,7 @@ from torc.problems.problem import (
     save_problem,
 )
 from torc.problems.sets import problem_names, problem_sets, select_problems, shipped_path
+from torc.problems.summaries import problem_summary
 
 GOOD = """\
 format: torc-problem/1
@@ -203,3 +204,13 @@ def test_a_target_is_one_of_the_objects_or_of_a_known_model() -> None:
         parse_problem(GOOD.replace("target: mug\n", "target: spoon\n"))
     with pytest.raises(InputError, match="no object model 'spoon_of_gold'"):
         parse_problem(ABSENT.replace("spoon_steel", "spoon_of_gold"))
+
+
+def test_a_summary_says_what_the_whole_file_says(tmp_path: Path) -> None:
+    (tmp_path / "mine.yaml").write_text(GOOD)
+    for name in (*problem_names(), str(tmp_path / "mine.yaml")):
+        problem = load_problem(name)
+        expected = (problem.name, problem.category, len(problem.objects), problem.description)
+        assert astuple(problem_summary(name)) == expected
+    with pytest.raises(InputError):
+        problem_summary("no_such_problem")

@@ -5,9 +5,9 @@ import json
 import pytest
 
 from torc.errors import InputError
-from torc.records import FeltOutcome, PickOutcome, PickResult, Touch, directories
-from torc.records.directories import check_place, claim
-from torc.records.files import write_json
+from torc.io import results
+from torc.io.results import check_place, claim, write_json
+from torc.records import FeltOutcome, PickOutcome, PickResult, Touch
 
 TOUCH = Touch((0.1, 0.2), 0.05)
 
@@ -96,7 +96,7 @@ def test_what_a_killed_process_left_is_removed_as_a_whole(tmp_path, monkeypatch)
     (tmp_path / "kept.txt").write_text("")
     (left / "link").symlink_to(tmp_path)
     with monkeypatch.context() as interrupted:  # in the middle
-        interrupted.setattr(directories.shutil, "rmtree", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+        interrupted.setattr(results.shutil, "rmtree", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
         with pytest.raises(KeyboardInterrupt):
             _claim(left)
     _claim(left).close()

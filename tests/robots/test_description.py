@@ -73,10 +73,10 @@ class TestAnotherRobot:
             ("max_width_m: 0.1", "max_width_m: 0.2", "max_width_m"),
             ("speed_deg_s: 90", "speed_deg_s: fast", "arm.speed_deg_s"),
             ("rest_qpos_rad: [0,", "rest_qpos_rad: [9,", "rest_qpos_rad"),
-            ("rest_qpos_rad: [0,", "rest_qpos_rad: [.nan,", "rest_qpos_rad.0: .*finite"),
+            ("rest_qpos_rad: [0,", "rest_qpos_rad: [.nan,", "rest_qpos_rad.0.: .*finite"),
             ("mjcf: other.xml", "mjcf: missing.xml", "missing.xml"),
             ("tool0_site: flange", "tool0_site: palm", "'palm'"),
-            ("max_width_m: 0.1", "max_width_m: [", "Cannot read"),
+            ("max_width_m: 0.1", "max_width_m: [", "not readable YAML"),
         ],
     )
     def test_bad_files_are_named_with_their_fault(self, write_other_robot, old, new, words):

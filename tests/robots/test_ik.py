@@ -12,8 +12,8 @@ from torc.robots.ik import IkConfig, solve_ik
 from torc.robots.ik_offset_wrist import detect_offset_wrist
 from torc.robots.ik_parallel import detect_parallel
 from torc.robots.ik_srs import detect_srs
-from torc.robots.kernels import jacobian_kernel
 from torc.robots.kinematics import link_poses, sphere_centers, tcp_pose, tool0_poses
+from torc.robots.kinematics_kernels import jacobian_kernel
 from torc.robots.loading import load_robot
 from torc.robots.names import robot_names
 

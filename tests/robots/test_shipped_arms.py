@@ -10,9 +10,9 @@ from torc.robots.kinematics import link_poses, tcp_pose, tool0_poses
 from torc.robots.loading import load_robot
 from torc.sim.actuation import SimulatedGripper
 from torc.sim.robot import SimulatedCamera
+from torc.sim.simulated_world import build_world
 from torc.sim.stepping import Stepper
-from torc.sim.world import build_world
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 UR5E = [
     (0.0, 0.1625, 90),

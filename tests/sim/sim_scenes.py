@@ -10,8 +10,8 @@ from torc.problems.problem import ObjectPlacement, Problem
 from torc.records import Trajectory
 from torc.robots.description import RobotDescription
 from torc.robots.ik import solve_ik
-from torc.sim.world import World, build_world
-from torc.workspace.files import load_workspace
+from torc.sim.simulated_world import World, build_world
+from torc.workspace.workspace_files import load_workspace
 
 UPRIGHT = (1.0, 0.0, 0.0, 0.0)
 TABLE_Z = load_workspace().support_z_m

@@ -6,8 +6,8 @@ from torc.geometry.transforms import invert, transform_points
 from torc.problems.problem import load_problem
 from torc.sim.filled import filled_voxels
 from torc.sim.settling import UNSEEN
-from torc.sim.world import Presence, build_world
-from torc.workspace.files import load_workspace
+from torc.sim.simulated_world import Presence, build_world
+from torc.workspace.workspace_files import load_workspace
 
 
 def test_a_voxel_is_filled_where_its_middle_is_within_some_object():

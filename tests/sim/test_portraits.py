@@ -9,7 +9,7 @@ from torc.geometry.transforms import project
 from torc.objects.library import load_object, object_names
 from torc.objects.models import CollisionPiece
 from torc.sim.portraits import portrait, portrait_camera, stands
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 TABLE = np.array(load_workspace().table.center)
 

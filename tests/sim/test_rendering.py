@@ -11,7 +11,7 @@ from torc.robots.loading import load_robot
 from torc.sim.gl import gl_backend
 from torc.sim.rendering import CameraRenderer
 from torc.sim.robot import SimulatedCamera
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 MOUNT = load_workspace().camera
 BACKENDS = ["rays"] if gl_backend() == "rays" else [gl_backend(), "rays"]

@@ -7,7 +7,7 @@ from test_robot import ROBOT, plan_for
 
 from torc.records import PickResult
 from torc.sim.robot import SimulatedRobot
-from torc.sim.world import Presence
+from torc.sim.simulated_world import Presence
 
 
 def _same(a, b):

@@ -9,7 +9,7 @@ from torc.errors import PhysicsError
 from torc.problems.problem import ObjectPlacement
 from torc.sim.settling import dump, run, settle
 from torc.sim.watchdog import Watchdog, greatest_depth
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 KINDS = ("soup_can_red", "mug_red", "apple_red", "bowl_blue", "cracker_box_red", "tuna_can_blue")
 

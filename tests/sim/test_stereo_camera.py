@@ -7,9 +7,9 @@ from torc.errors import InputError
 from torc.perception.stereo import SgbmConfig, sgbm_depth
 from torc.problems.problem import load_problem
 from torc.sim.robot import SimulatedCamera
+from torc.sim.simulated_world import build_world
 from torc.sim.stereo_camera import StereoRig, stereo_pair
-from torc.sim.world import build_world
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 
 @pytest.fixture(scope="module")

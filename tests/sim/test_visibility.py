@@ -7,10 +7,10 @@ from sim_scenes import problem, standing, world_of
 from torc.problems.problem import load_problem
 from torc.sim.gl import gl_backend
 from torc.sim.rendering import CameraRenderer
+from torc.sim.simulated_world import Presence, build_world
 from torc.sim.state import save_state
 from torc.sim.visibility import measure_visibility
-from torc.sim.world import Presence, build_world
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 MOUNT = load_workspace().camera
 

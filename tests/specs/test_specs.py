@@ -1,4 +1,4 @@
-"""A trial's spec: to the disk and back, older files, settings of stages, and what conditions are called."""
+"""A trial's spec: to the disk and back, settings of stages, and what conditions are called."""
 
 import json
 import re
@@ -8,9 +8,10 @@ import pytest
 
 from torc.errors import InputError, UnknownNameError
 from torc.pipeline.building import build_system, make_stage, sources
+from torc.registry.context import BuildContext
+from torc.registry.settings import arguments, changed
 from torc.specs.conditions import Conditions
-from torc.specs.files import from_plain, to_plain
-from torc.specs.settings import arguments, changed
+from torc.specs.spec_files import from_plain, to_plain
 from torc.specs.trial import PlannerSpec, TrialSpec
 from torc.vlm.config import VlmConfig
 from torc.vlm.picture_config import PictureConfig
@@ -48,6 +49,10 @@ class Outer:
         if self.count < 0:
             raise InputError("count must not be negative.")
 
+    @classmethod
+    def rough(cls):
+        return cls(Inner(5.0))
+
 
 class Configured:
     def __init__(self, config: Outer | None = None) -> None:
@@ -69,18 +74,6 @@ def test_a_spec_survives_the_disk():
     assert (
         recorded.conditions_text == "grasps b.C (abcdef12), noise, bets.costs [1, 2], occlusion.smooth_px 3"
     )
-
-
-def test_a_file_of_torc_0_1_is_read():
-    old = {"problem": "structured-01", "planner": "vlm-select", "seed": 3, "max_picks": 9, "noise": True}
-    old |= {"robot": "mine.yaml", "vlm": {"provider": "openai", "model": "m", "gone": 1}, "expert": ""}
-    old |= {"min_score": 0.1, "grasps": "geometric", "robot_source": "a1", "grasps_source": ""}
-    recorded = from_plain(old, "here")
-    around = Conditions(robot="mine.yaml", noise=True, min_score=0.1, max_picks=9)
-    assert recorded.spec == TrialSpec(
-        "structured-01", PlannerSpec("vlm-select", VlmConfig("openai", "m")), 3, around
-    )
-    assert recorded.sources == {"robot": "a1"}
 
 
 def test_what_is_no_spec_is_refused():
@@ -108,17 +101,21 @@ def test_settings_reach_any_depth_and_are_checked():
 def test_a_part_gets_its_settings_as_its_config_or_as_arguments():
     assert arguments(Configured, {"inner.width_m": 2.0}, "grasps") == {"config": Outer(Inner(2.0))}
     assert arguments(Configured, {}, "grasps") == {}
-    wider = Outer(Inner(5.0))
-    assert arguments(Configured, {"count": 1}, "grasps", wider) == {"config": Outer(Inner(5.0), 1)}
-    assert arguments(Plain, {"speed": 2.0}, "grasps", Outer()) == {"speed": 2.0}
+    assert arguments(Configured, {"count": 1}, "grasps", rough=True) == {"config": Outer(Inner(5.0), 1)}
+    assert arguments(Configured, {}, "grasps", rough=True) == {"config": Outer(Inner(5.0))}
+    assert arguments(Plain, {"speed": 2.0}, "grasps", rough=True) == {"speed": 2.0}
 
 
 def test_a_part_of_ones_own_is_made_with_its_settings():
     one = Conditions(grasps=f"{__name__}:Plain", settings={"grasps.speed": 0.5})
-    part = make_stage(one, "grasps", gripper="the gripper", support_z_m=1.0)
+    part = make_stage(one, "grasps", BuildContext(gripper="the gripper", support_z_m=1.0))
     assert (part.speed, part.gripper) == (0.5, "the gripper")
-    with pytest.raises(InputError, match="does not take the options"):
-        make_stage(Conditions(grasps=f"{__name__}:Plain", settings={"grasps.sped": 1}), "grasps", gripper=1)
+    with pytest.raises(UnknownNameError, match=r"Did you mean 'grasps\.speed'"):
+        make_stage(
+            Conditions(grasps=f"{__name__}:Plain", settings={"grasps.sped": 1}),
+            "grasps",
+            BuildContext(gripper=1),
+        )
     assert set(sources(one)) == {"grasps"}
     assert sources(Conditions()) == {}
 

@@ -6,11 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.helpers.fake_trial import play_fake_trial
 from torc.errors import InputError
 from torc.records import TARGET_ID, KnownObject, PlanningContext
-from torc.task_planning.dg_select import decide_by_graph
-from torc.task_planning.graph import DependencyEdge, DependencyGraph, DependencyNode, EdgeKind
-from torc.task_planning.graph_building import build_dependency_graph
+from torc.records.graph import DependencyEdge, DependencyGraph, DependencyNode, EdgeKind
+from torc.specs.trial import TrialSpec
+from torc.task_planning import graph_building
+from torc.task_planning.dg_select import DgSelectPlanner, decide_by_graph
+from torc.task_planning.graph_building import _built, build_dependency_graph
 from torc.testing import contexts
 from torc.testing.contexts import box, make_context
 
@@ -200,3 +203,15 @@ def test_broken_files_are_refused(change: dict) -> None:
     data = build_dependency_graph(contexts.stacked_context()).to_dict()
     with pytest.raises(InputError):
         DependencyGraph.from_dict(data | change)
+
+
+def test_a_trial_builds_each_graph_once(tmp_path, monkeypatch):
+    built = []
+
+    def build(context, relations):
+        built.append(context)
+        return _built(context, relations)
+
+    monkeypatch.setattr(graph_building, "_built", build)
+    play_fake_trial(TrialSpec.of("boxes"), tmp_path / "trial", DgSelectPlanner())
+    assert len(built) == 2

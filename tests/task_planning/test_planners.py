@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from torc.records import Decision, PlanningContext
+from torc.records.graph import DependencyEdge, DependencyGraph, EdgeKind
 from torc.task_planning.dg_select import DgSelectPlanner, decide_by_graph, graph_probabilities
-from torc.task_planning.graph import DependencyEdge, DependencyGraph, EdgeKind
 from torc.task_planning.graph_building import build_dependency_graph
 from torc.task_planning.random_choice import RandomPlanner
 from torc.testing import contexts
@@ -55,7 +55,7 @@ BOTH_ALIKE = {0: [(1,), (2,)]}
 )
 def test_the_choice_goes_by_target_then_probability_then_grasps(valid, blocked, relations, chosen, rule):
     decision = choice(make_context(APART, valid=valid, blocked=blocked), relations)
-    assert (decision.object_id, decision.evidence["rule"]) == (chosen, rule)
+    assert (decision.object_id, decision.evidence.rule) == (chosen, rule)
     assert not decision.give_up
 
 
@@ -78,7 +78,7 @@ def test_choice_does_not_depend_on_how_objects_are_numbered(seed: int) -> None:
     shapes_probabilities = graph_probabilities(build_dependency_graph(context))
     assert sum(shapes_probabilities.lower) + shapes_probabilities.lost == pytest.approx(1.0)
     decision = DgSelectPlanner().decide(context, np.random.default_rng(0))
-    if decision.evidence["rule"] == "most probable sink":
+    if decision.evidence.rule == "most probable sink":
         rivals = [
             shapes_probabilities[k] for k in shapes_probabilities.sinks if k in context.report.graspable_ids
         ]
@@ -87,7 +87,9 @@ def test_choice_does_not_depend_on_how_objects_are_numbered(seed: int) -> None:
 
 def test_evidence_is_what_the_choice_rests_on() -> None:
     context = contexts.cluttered_context(12, 1, hidden_target=True)
-    evidence = json.loads(json.dumps(DgSelectPlanner().decide(context, np.random.default_rng(0)).evidence))
+    evidence = json.loads(
+        json.dumps(DgSelectPlanner().decide(context, np.random.default_rng(0)).evidence.to_plain())
+    )
     graph = DependencyGraph.from_dict(evidence["graph"])
     p = graph_probabilities(graph)
     assert {int(k): v for k, v in evidence["probabilities"].items()} == dict(zip(p.sinks, p.lower))

@@ -7,7 +7,7 @@ import pytest
 
 from torc.errors import InputError
 from torc.records import SegmentedScene
-from torc.task_planning.graph import EdgeKind
+from torc.records.graph import EdgeKind
 from torc.task_planning.relation_kernels import nearby_labels
 from torc.task_planning.relations import (
     RelationConfig,
@@ -20,7 +20,7 @@ from torc.task_planning.relations import (
 from torc.testing.contexts import box, perceive
 from torc.testing.synthetic import half_sizes, random_clutter
 from torc.workspace.description import CameraMount
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 FULL_HD = replace(load_workspace().camera, width=1920, height=1080)
 STANDARD = load_workspace().camera

@@ -40,3 +40,16 @@ def test_the_suites_need_no_pytest():
         f"import torc.testing.{s}\n" for s in SUITES
     )
     subprocess.run([sys.executable, "-c", lines], check=True)
+
+
+def test_misspelt_and_wrongly_typed_traits_are_found():
+    class Misspelt(Entitled):
+        need_pictures = True
+
+    class Wrong(Entitled):
+        reads_words = "yes"
+
+    with pytest.raises(NonConformanceError, match=r"`need_pictures`.*did you mean `needs_pictures`"):
+        check_perception(Misspelt)
+    with pytest.raises(NonConformanceError, match=r"`reads_words` is a str; it must be True or False"):
+        check_perception(Wrong)

@@ -17,7 +17,7 @@ from torc.testing.synthetic import (
     shape_pose,
     synthetic_observation,
 )
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 TILT = tuple(wxyz_from_rotation(rotation_about((1, 2, 3), 0.7)))
 SHAPES = (

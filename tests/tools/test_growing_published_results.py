@@ -11,7 +11,7 @@ from torc.benchmark.reading import read_table
 from torc.benchmark.rows import Table
 from torc.benchmark.table_files import write_tables
 from torc.errors import InputError
-from torc.records.files import write_json
+from torc.io.results import write_json
 
 PUBLISHED = Path(__file__).parents[2] / "results" / "torc40"
 KEPT = {"structured-01", "structured-02", "unstructured-01"}
@@ -79,5 +79,5 @@ def test_a_page_gets_the_rows_of_its_columns_and_pairs():
 @pytest.mark.parametrize("name", ["torc-hard", "torc40"])
 def test_the_pages_are_as_they_are_made(name):
     table = read_table(PUBLISHED.parent / name)
-    page = (PUBLISHED.parents[1] / "docs" / f"{name}.md").read_text()
+    page = (PUBLISHED.parent / name / "README.md").read_text()
     assert with_tables(page, table) == page

@@ -6,7 +6,6 @@ import pytest
 
 from tools.hard_sets import RULES, Answered, Rule, choose, named, read_answered
 from torc.errors import InputError
-from torc.generation.config import Family
 from torc.problems.problem import ObjectPlacement, Problem, save_problem
 
 CAN = ObjectPlacement("can", "soup_can_red", (0.7, -0.1, 1.1005), (1.0, 0.0, 0.0, 0.0))
@@ -21,13 +20,13 @@ def _answered(seed, picks, family="ungraspable", category="structured"):
 
 def test_the_first_by_seed_with_enough_picks_are_taken():
     pool = [_answered(seed, picks) for seed, picks in ((4, 3), (1, 2), (3, None), (2, 1), (5, 16), (6, 2))]
-    chosen = choose(Family.UNGRASPABLE, pool, Rule({"structured": 2}))
+    chosen = choose("ungraspable", pool, Rule({"structured": 2}))
     assert [c.seed for (c,) in chosen] == [1, 4]
 
 
 def test_each_category_gets_its_number_and_no_more():
     pool = [_answered(s, 3, category=c) for s in range(9) for c in ("structured", "unstructured")]
-    chosen = choose(Family.UNGRASPABLE, pool, Rule({"structured": 3, "unstructured": 2}))
+    chosen = choose("ungraspable", pool, Rule({"structured": 3, "unstructured": 2}))
     assert [c.problem.category for (c,) in chosen].count("structured") == 3
     assert len(chosen) == 5
 
@@ -39,11 +38,11 @@ def test_pairs_are_taken_where_both_can_be_solved():
         _answered(1, None, "absent-twin"),
         _answered(3, 2, "absent-twin"),
     ]
-    pairs = choose(Family.ABSENT, pool, Rule({"structured": 5}, twins=True))
+    pairs = choose("absent", pool, Rule({"structured": 5}, twins=True))
     assert [(a.seed, b.seed) for a, b in pairs] == [(0, 0), (3, 3)]
-    names = [p.name for p in named(Family.ABSENT, pairs)]
+    names = [p.name for p in named("absent", pairs)]
     assert names == ["absent-01", "absent-01-twin", "absent-02", "absent-02-twin"]
-    assert all(p.origin["oracle_order"] == "milk, can" for p in named(Family.ABSENT, pairs))
+    assert all(p.origin["oracle_order"] == "milk, can" for p in named("absent", pairs))
 
 
 def test_deep_problems_are_usual_ones_in_other_workspaces():

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from torc.task_planning.graph import DependencyEdge, EdgeKind
+from torc.records.graph import DependencyEdge, EdgeKind
 from torc.vlm.answers import Corrected, Useless, read_corrections, read_first_pick
 from torc.vlm.numerals import whole_number
 from torc.vlm.protocol import Finish

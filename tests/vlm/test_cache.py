@@ -8,11 +8,11 @@ import pytest
 from tests.helpers.fake_vlm import ScriptedVlm
 from tests.helpers.vlm_server import Fail, FakeVlmServer, Say
 from torc.errors import InputError
+from torc.pipeline.planners import open_client
 from torc.vlm.cache import CacheConfig, CachedClient, CacheMode, cache_key, request_facts
 from torc.vlm.config import VlmConfig
 from torc.vlm.failures import VlmError
 from torc.vlm.keys import VARIABLES
-from torc.vlm.opening import open_client
 from torc.vlm.protocol import Finish, Question
 
 CONFIG = VlmConfig("gemini", "some-model")

@@ -5,13 +5,14 @@ from dataclasses import replace
 import pytest
 
 from torc.errors import InputError, UnknownNameError, VlmClientError
+from torc.pipeline.planners import open_client
+from torc.records.evidence import Tokens
 from torc.testing import contexts
 from torc.testing.conformance import NonConformanceError
 from torc.testing.vlm_client_conformance import check_client
 from torc.vlm.cache import CacheConfig
 from torc.vlm.config import VlmConfig, parse_vlm
-from torc.vlm.opening import open_client
-from torc.vlm.protocol import Question, Tokens
+from torc.vlm.protocol import Question
 from torc.vlm.replies import ask_client, reply_faults, reply_of
 from torc.vlm.select import VlmSelectPlanner
 
@@ -77,7 +78,7 @@ def test_registered_names_work_as_the_vendors_do(monkeypatch):
     class Point:
         name, value = "theirs", f"{HERE}:Told"
 
-    monkeypatch.setattr("torc.plugins.entry_points", lambda group: [Point] if "vlm" in group else [])
+    monkeypatch.setattr("torc.registry.loading.entry_points", lambda group: [Point] if "vlm" in group else [])
     for text, model in (("theirs", "none"), ("theirs:small", "small")):
         assert ask_client(open_client(_config(text)), Question("?")).model_version == model
     with pytest.raises(UnknownNameError, match="theirs"):

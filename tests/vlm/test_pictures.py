@@ -6,11 +6,11 @@ import cv2
 import numpy as np
 import pytest
 
+from torc.drawing.label_places import place_labels
+from torc.drawing.marking import SMALL_SHARE, mark_image, number_boxes
 from torc.errors import InputError
-from torc.perception.label_places import place_labels
-from torc.perception.marking import SMALL_SHARE, mark_image, number_boxes
+from torc.io.pictures import png_bytes
 from torc.perception.privileged import LabelPerception
-from torc.records.files import png_bytes
 from torc.testing.synthetic import random_clutter, synthetic_observation
 from torc.vlm.picture_config import MARKS, PictureConfig
 from torc.vlm.pictures import ACROSS_PX, pictures_of, shown_part

@@ -2,24 +2,17 @@
 
 import pytest
 
-from torc.episode.vlm_use import VlmUse
+from torc.episode.vlm_use import vlm_use
 from torc.errors import InputError
-from torc.records import Decision
+from torc.records.evidence import ModelTry, Tokens
 from torc.vlm.price_files import FORMAT, parse_prices
 from torc.vlm.prices import Prices
 
 TABLE = f"format: {FORMAT}\ncurrency: EUR\nmodels:\n  gemini:m: {{sent: 0.3, written: 2}}\n"
 
 
-def decision(*tokens):
-    return Decision(None, "", evidence={"vlm": {"tries": [{"tokens": t} for t in tokens]}})
-
-
-def used(prices, *decisions):
-    use = VlmUse()
-    for each in decisions:
-        use.add(each)
-    return use.facts(prices)
+def used(prices, *tokens):
+    return vlm_use([ModelTry(tokens=t) for t in tokens], prices)
 
 
 def test_prices_are_numbers_or_a_table(tmp_path):
@@ -47,21 +40,16 @@ def test_a_table_that_is_none_says_why(tmp_path, change):
         parse_prices(str(tmp_path / "none.yaml"), "gemini:m")
 
 
-def test_sums_are_over_all_calls_of_all_picks():
-    one = {"prompt": 1000, "reply": 100, "thinking": None}
-    facts = used(Prices(1.0, 20.0), decision(one, one), decision(one), decision())
-    assert facts["calls"] == 3
-    assert (facts["tokens_sent"], facts["tokens_written"], facts["tokens_thinking"]) == (3000, 300, None)
-    assert facts["cost"] == pytest.approx(0.009)
+def test_sums_are_over_all_requests():
+    one = Tokens(prompt=1000, reply=100)
+    use = used(Prices(1.0, 20.0), one, one, one)
+    assert use.calls == 3
+    assert (use.tokens_sent, use.tokens_written, use.tokens_thinking) == (3000, 300, None)
+    assert use.cost == pytest.approx(0.009)
 
 
-def test_a_call_that_tells_no_tokens_leaves_no_sum_that_is_too_small():
-    one, dumb = {"prompt": 1000, "reply": 100, "thinking": 0}, {"prompt": 1000, "reply": None}
-    facts = used(Prices(1.0, 20.0), decision(one), decision(dumb))
-    assert (facts["tokens_sent"], facts["tokens_written"], facts["cost"]) == (2000, None, None)
-    assert used(None, decision(one))["cost"] is None
-
-
-@pytest.mark.parametrize("evidence", [{}, {"vlm": 3}, {"vlm": {"tries": "no"}}, {"vlm": {"tries": [3]}}])
-def test_evidence_of_somebody_s_planner_breaks_nothing(evidence):
-    assert used(Prices(1, 1), Decision(None, "", evidence=evidence))["calls"] == 0
+def test_a_request_of_unknown_size_leaves_no_sum_that_is_too_small():
+    one = Tokens(prompt=1000, reply=100, thinking=0)
+    use = used(Prices(1.0, 20.0), one, Tokens(prompt=1000))
+    assert (use.tokens_sent, use.tokens_written, use.cost) == (2000, None, None)
+    assert used(None, one).cost is None

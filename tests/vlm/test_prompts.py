@@ -7,11 +7,10 @@ import pytest
 
 from tests.helpers.fake_vlm import ScriptedVlm
 from torc.errors import InputError
-from torc.task_planning.registry import make_planner
+from torc.pipeline.planners import make_planner, planner_context
 from torc.testing import contexts
-from torc.vlm.asking import fill_prompt
+from torc.vlm.asker import fill_prompt
 from torc.vlm.config import Asking, VlmConfig
-from torc.vlm.opening import planner_options
 from torc.vlm.picture_config import PictureConfig
 from torc.vlm.prompt import Example, Prompt
 from torc.vlm.prompt_files import (
@@ -78,17 +77,17 @@ def test_a_prompt_of_ones_own_is_what_is_sent_and_the_log_tells_it():
     assert question.examples == OWN.examples
     assert question.prompt.startswith("Target 0, called ")
     assert question.prompt.endswith("None so far.\n\nAnswer.")
-    facts = decision.evidence["vlm"]
-    assert (facts["prompt"], facts["prompt_sha256"]) == ("mine", OWN.digest)
-    assert facts["system"] == question.system
-    assert len(facts["examples"]) == 2
-    assert [p["sha256"] for p in facts["pictures"]] == [facts["image_sha256"]]
+    facts = decision.evidence.vlm
+    assert (facts.prompt, facts.prompt_sha256) == ("mine", OWN.digest)
+    assert facts.system == question.system
+    assert len(facts.examples) == 2
+    assert [p["sha256"] for p in facts.pictures] == [facts.image_sha256]
 
 
 def test_pictures_are_sent_as_they_are_asked_for_and_kept():
     question, decision = asked("vlm-grasps", picture=PictureConfig("outlines", True, 5, 800))
     assert question.images == decision.pictures
-    shown = decision.evidence["vlm"]["pictures"]
+    shown = decision.evidence.vlm.pictures
     assert [p["shows"] for p in shown] == ["marked", "plain"]
     assert {max(p["width"], p["height"]) for p in shown} == {800}
     assert "outlined" in question.prompt
@@ -147,4 +146,4 @@ def test_planners_that_take_no_prompt_are_not_sent_one_in_silence():
 
     config = VlmConfig("tests.helpers.fake_vlm:ScriptedVlm", "", prompt=OWN)
     with pytest.raises(InputError, match="takes no `asking`"):
-        planner_options("old", Old, config, None)
+        planner_context("old", Old, config, None)

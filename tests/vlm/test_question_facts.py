@@ -7,10 +7,9 @@ import pytest
 
 from tests.helpers.fake_vlm import ScriptedVlm
 from torc.errors import InputError
+from torc.pipeline.planners import make_planner
 from torc.records import GraspStatus, Hand
 from torc.robots.loading import load_robot
-from torc.task_planning.random_choice import graspable_ids
-from torc.task_planning.registry import make_planner
 from torc.testing import contexts
 from torc.vlm.config import Asking, VlmConfig
 from torc.vlm.prompt_files import shipped_names, shipped_prompt
@@ -66,7 +65,7 @@ def test_counted_facts_say_the_same_and_every_number_is_the_reports(seed):
 
 def test_an_object_without_a_grasp_is_named():
     context = contexts.nothing_graspable_context()
-    assert graspable_ids(context) == ()
+    assert context.graspable_ids == ()
     assert "Object 1 has no grasp, and no object in sight is known to be in its way." in counted_grasp_facts(
         context
     )
@@ -111,7 +110,7 @@ def test_the_targets_size_is_said_as_it_is_known():
 def test_the_versions_differ_in_what_they_are_to_and_old_ones_are_asked_as_ever(name):
     context = replace(contexts.behind_context(), hand=Hand(0.085, 0.04), target_size_m=(0.11, 0.07))
     (old, decided), (new, _) = _asked(name, context, 2), _asked(name, context, 3)
-    assert decided.evidence["vlm"]["prompt"] == f"{name}-2"
+    assert decided.evidence.vlm.prompt == f"{name}-2"
     assert "gripper" not in old.prompt
     for said in (
         "two fingers, 4 cm long, which open to 8.5 cm",

@@ -7,8 +7,9 @@ import pytest
 
 from tests.helpers.fake_vlm import ScriptedVlm
 from torc.errors import InputError
+from torc.pipeline.planners import make_planner
+from torc.records import Corrections
 from torc.task_planning.dg_select import DgSelectPlanner
-from torc.task_planning.registry import make_planner
 from torc.task_planning.relations import behind_candidates, find_adjacencies
 from torc.testing import contexts
 from torc.testing.planner_conformance import CASES, check_case
@@ -56,7 +57,7 @@ def test_the_model_is_asked_again_for_what_is_not_graspable_or_not_there():
     vlm = ScriptedVlm([first(0), first(9), first(2)])
     decision = decide(VlmSelectPlanner(vlm), contexts.behind_context())
     assert (decision.object_id, decision.attempts) == (2, 3)
-    useless = [t["useless"] for t in decision.evidence["vlm"]["tries"]]
+    useless = [t.useless for t in decision.evidence.vlm.tries]
     assert "no valid grasp" in useless[0]
     assert "not in sight" in useless[1]
     assert useless[2] is None
@@ -120,7 +121,7 @@ def test_relations_left_alone_decide_as_depth_alone_does():
     candidates = behind_candidates(find_adjacencies(context.scene))
     vlm = ScriptedVlm([relations(*((r.source, r.kind.value, r.target) for r in candidates))])
     decision = decide(VlmFixesDgPlanner(vlm), context)
-    assert decision.evidence["corrections"] == {"changes": [], "refused": []}
+    assert decision.evidence.corrections == Corrections()
     for r in candidates:
         assert (
             json.dumps({"source": r.source, "relation": "behind", "target": r.target})
@@ -135,7 +136,7 @@ def test_corrected_relations_make_the_graph_and_refused_ones_are_named():
     below = relations((0, "below", 1), (0, "below", 7))
     decision = decide(VlmFixesDgPlanner(ScriptedVlm([below])), context)
     assert decision.object_id == decide(DgSelectPlanner(), context).object_id == 1
-    assert decision.evidence["corrections"]["refused"] == ["0 below 7: not a pair that was asked about"]
-    kinds = {(e["source"], e["target"]): e["kind"] for e in decision.evidence["graph"]["edges"]}
+    assert decision.evidence.corrections.refused == ("0 below 7: not a pair that was asked about",)
+    kinds = {(e.source, e.target): e.kind for e in decision.evidence.graph.edges}
     assert kinds == {(0, 1): "below"}
     assert decide(VlmFixesDgPlanner(ScriptedVlm(["[]"])), context).object_id == 0

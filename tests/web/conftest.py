@@ -8,8 +8,8 @@ import pytest
 from page_server import served
 
 from tests.helpers.fake_trial import play_fake_trial
+from torc.pipeline.planners import make_planner
 from torc.specs.trial import TrialSpec
-from torc.task_planning.registry import make_planner
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 FLAGS = [

@@ -6,7 +6,7 @@ import threading
 import pytest
 from page_server import Client, served
 
-from torc.episode.log_writing import without_seconds
+from torc.episode.log import without_seconds
 from torc.episode.trial import Recording, run_trial
 from torc.specs.trial import TrialSpec
 from torc.web.access import token_for
@@ -110,7 +110,7 @@ def _play(out, watch):
     finally:
         over.set()
         person.join()
-    assert trial.result["status"] == "completed"
+    assert trial.result.status == "completed"
     lines = (out / "events.jsonl").read_text().splitlines()
     return [without_seconds(json.loads(line)) for line in lines], numbers
 

@@ -3,8 +3,8 @@
 import pytest
 from page_server import Game
 
+from torc.drawing.label_places import mask_anchor
 from torc.episode.recorded import read_trial
-from torc.perception.label_places import mask_anchor
 
 pytestmark = pytest.mark.browser
 

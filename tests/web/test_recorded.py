@@ -11,7 +11,7 @@ import pytest
 from torc.episode.recorded import read_trial
 from torc.episode.viewer_links import trial_key
 from torc.errors import InputError
-from torc.records.serialization import save_record
+from torc.io.record_files import save_record
 from torc.web.app import thumbnail
 from torc.web.frames import pack_view
 from torc.web.pick_page import pick_page, trial_page

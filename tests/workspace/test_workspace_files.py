@@ -5,7 +5,7 @@ import pytest
 import yaml
 
 from torc.errors import InputError
-from torc.workspace.files import EXAMPLE, load_workspace, own_workspace_source
+from torc.workspace.workspace_files import EXAMPLE, load_workspace, own_workspace_source
 
 
 def written(tmp_path, change):

@@ -40,7 +40,7 @@ class Collect:
         from tools.eyes.made_up import make_up
         from tools.eyes.variants import make_variants
         from torc.objects.library import builtin_object_names, object_facts, stored_objects
-        from torc.workspace.files import load_workspace
+        from torc.workspace.workspace_files import load_workspace
 
         built_in = builtin_object_names()
         if self.objects == "own":
@@ -142,7 +142,7 @@ class Export:
 
 @dataclass(frozen=True)
 class Measure:
-    """Measure the masks of the shipped network, and of the hand-written rules, on views."""
+    """Measure the masks of the shipped network on views."""
 
     scenes: tyro.conf.Positional[tuple[Path, ...]]
     """Directories of scenes that were not trained on."""

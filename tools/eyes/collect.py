@@ -24,8 +24,8 @@ from torc.problems.schema import Category
 from torc.sim.portraits import portrait_camera, turned_about
 from torc.sim.rendering import CameraRenderer, View
 from torc.sim.settling import COARSE, DumpConfig, SettleReport, dump, settle_problem
+from torc.sim.simulated_world import Presence, World, build_world
 from torc.sim.stereo_camera import stereo_pair
-from torc.sim.world import Presence, World, build_world
 from torc.workspace.description import CameraMount, Workspace
 
 DEPTH_UNIT_M = 0.0001

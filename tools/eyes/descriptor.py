@@ -20,7 +20,7 @@ from torch.nn import functional
 from torch.utils.data import DataLoader, IterableDataset
 
 from tools.eyes.collect import count_views, load_portraits, load_view, scene_files
-from tools.eyes.measure import by_network, true_label, whole_patch
+from tools.eyes.measure import network_masks, true_label, whole_patch
 from tools.eyes.network import Descriptor
 from tools.eyes.shipped import shipped_descriptor
 from tools.eyes.train import schedule
@@ -52,7 +52,7 @@ def scene_crops(path: Path) -> SceneCrops:
         view = load_view(path, index)
         true = true_label(view)
         patch = whole_patch(view, stereo=index % 3 != 0)
-        found = uncut(by_network(patch).label, patch.window, true.shape)
+        found = uncut(network_masks(patch), patch.window, true.shape)
         for k in np.unique(true[true >= 0]).tolist():
             for mask in (true == k, best_mask(found, true == k)):
                 if np.count_nonzero(mask) >= _MIN_PIXELS:

@@ -14,8 +14,8 @@ from tools.eyes.fit_target import references
 from tools.grasp_model.scenes import SceneConfig, make_scene
 from torc.episode.held import SURE
 from torc.episode.loop import Episode
-from torc.episode.simulated import pick_parts, simulated_robot
-from torc.episode.steps import EpisodeConfig, Steps
+from torc.episode.simulated import simulated_robot
+from torc.episode.steps import EpisodeConfig
 from torc.geometry.extent import Extent
 from torc.objects.library import load_object
 from torc.perception.embedded.crops import crop
@@ -108,8 +108,7 @@ def picked(problem: Problem, system: System, rng: np.random.Generator) -> list[H
     models, cases = [o.model for o in problem.ordered()], list[HeldCase]()
     with simulated_robot(system, problem) as robot:
         robot.take_over()
-        steps = Steps(pick_parts(system, robot), Wanted(problem.description), EpisodeConfig(_PICKS))
-        episode = Episode(steps)
+        episode = Episode(robot, system, Wanted(problem.description), EpisodeConfig(_PICKS))
         while (look := episode.look()) is not None:
             graspable = look.context.report.graspable_ids
             eyes.noted = None

@@ -25,10 +25,10 @@ from torc.perception.target import TargetConfig, choose_target, reference_mask, 
 from torc.problems.problem import Problem
 from torc.sim.portraits import size_by_ruler, turn_table
 from torc.sim.robot import SimulatedCamera
+from torc.sim.simulated_world import build_world
 from torc.sim.stereo_camera import StereoRig
-from torc.sim.world import build_world
 from torc.workspace.description import Workspace
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 _SIZES = ("too_long", "too_thick")
 

@@ -17,8 +17,8 @@ from tools.eyes.looks import pattern, random_color
 from tools.objects.meshes import box_mesh, moved, revolve
 from tools.objects.parts import Parts, box, centered, frustum, ring_hulls, turned, vec3
 from torc.geometry.transforms import rotation_about
-from torc.objects.files import save_object
 from torc.objects.models import CollisionPiece, ObjectModel, Quat, VisualMesh
+from torc.objects.object_files import save_object
 
 KINDS = 80
 """They are counted as so many kinds, so that scenes hold about as many of them as of real things."""

@@ -1,6 +1,5 @@
-"""How well the shipped network, and the hand-written rules, segment views that nobody trained on."""
+"""How well the shipped network segments views that nobody trained on."""
 
-from collections.abc import Callable
 from dataclasses import astuple, fields
 from pathlib import Path
 
@@ -9,30 +8,22 @@ from jaxtyping import Int16
 
 from tools.eyes.collect import BACKGROUND, SavedView, load_view, scene_files
 from tools.eyes.samples import index_views
-from torc.perception.comparison import Compared, mask_comparison
+from torc.drawing.mask_comparison import Compared, mask_comparison
+from torc.io.pictures import write_png
 from torc.perception.embedded.inputs import PIXEL_M, Patch, View, Window, channels, cut
-from torc.perception.embedded.instances import InstanceConfig, Instances, find_instances, numbered
+from torc.perception.embedded.instances import InstanceConfig, find_instances
 from torc.perception.embedded.mirror import both_ways
 from torc.perception.embedded.model import segment_patch
 from torc.perception.embedded.perception import uncut
-from torc.perception.embedded.regions import grow_regions
 from torc.perception.scoring import MaskScore, mean_score, score_masks
-from torc.records.files import write_png
 
-Method = Callable[[Patch], Instances]
 _SHOWN = 8
 
 
-def by_network(patch: Patch) -> Instances:
+def network_masks(patch: Patch) -> np.ndarray:
     """The shipped network's masks."""
     out = both_ways(lambda inputs: segment_patch(inputs, 2), channels(patch))
-    return find_instances(out[0], out[1:], InstanceConfig())
-
-
-def by_rules(patch: Patch) -> Instances:
-    """The hand-written rules' masks."""
-    label = numbered(grow_regions(patch), InstanceConfig().min_pixels)
-    return Instances(label, np.zeros(0, np.float32))
+    return find_instances(out[0], out[1:], InstanceConfig()).label
 
 
 def whole_patch(saved: SavedView, stereo: bool) -> Patch:
@@ -58,18 +49,17 @@ def measure(directory: Path, every: int, worst: Path | None) -> None:
         f"{directory}, {len(views)} views\n| masks, depth | {' | '.join(names)} |\n|{'---|' * (len(names) + 1)}"
     )
     shown: list[tuple[float, Compared]] = []
-    for name, method in (("network", by_network), ("rules", by_rules)):
-        for stereo in (False, True):
-            scores = []
-            for path, index in views:
-                saved = load_view(path, index)
-                patch = whole_patch(saved, stereo)
-                label = uncut(method(patch).label, patch.window, saved.label.shape)
-                scores.append(score_masks(label, true_label(saved)))
-                if worst is not None and name == "network":
-                    shown.append((scores[-1].f75, (saved.rgb, true_label(saved), label)))
-                    shown = sorted(shown, key=lambda s: s[0])[:_SHOWN]
-            numbers = " | ".join(f"{v:.3f}" for v in astuple(mean_score(scores)))
-            print(f"| {name}, {'sgbm' if stereo else 'exact'} | {numbers} |", flush=True)
+    for stereo in (False, True):
+        scores = []
+        for path, index in views:
+            saved = load_view(path, index)
+            patch = whole_patch(saved, stereo)
+            label = uncut(network_masks(patch), patch.window, saved.label.shape)
+            scores.append(score_masks(label, true_label(saved)))
+            if worst is not None:
+                shown.append((scores[-1].f75, (saved.rgb, true_label(saved), label)))
+                shown = sorted(shown, key=lambda s: s[0])[:_SHOWN]
+        numbers = " | ".join(f"{v:.3f}" for v in astuple(mean_score(scores)))
+        print(f"| {'sgbm' if stereo else 'exact'} | {numbers} |", flush=True)
     if worst is not None:
         write_png(worst, mask_comparison([row for _, row in shown]))

@@ -12,9 +12,9 @@ import numpy as np
 from jaxtyping import Float
 
 from torc.geometry.transforms import transform_points
-from torc.objects.files import save_object
 from torc.objects.library import builtin_object_names, load_object, object_facts
 from torc.objects.models import CollisionPiece, ObjectModel, VisualMesh, pieces_bounds
+from torc.objects.object_files import save_object
 
 _STRETCH = (0.65, 1.45)
 _SMALLEST_M, _LARGEST_M = 0.012, 0.26

@@ -8,7 +8,7 @@ import tyro
 
 from tools.running import exit_code
 from torc.errors import InputError
-from torc.grasping.planner import MODEL_PATH
+from torc.grasping.geometric_planner import MODEL_PATH
 
 
 @dataclass(frozen=True)
@@ -140,10 +140,10 @@ class Report:
     held_out: tuple[Path, ...] = ()
     """Directories that `evaluate` wrote."""
     model: Path = MODEL_PATH
-    """The model, trained with these data; how it was recalibrated is told."""
-    out: Path = Path("docs/grasp_model.md")
+    """The model trained with these data; its notes say how it was recalibrated."""
+    out: Path = Path("results/grasp-model/README.md")
     """The text."""
-    picture: Path = Path("docs/img/grasp_calibration.png")
+    picture: Path = Path("results/grasp-model/calibration.png")
     """The calibration curve."""
 
     def run(self) -> None:

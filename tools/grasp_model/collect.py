@@ -30,7 +30,7 @@ from torc.problems.problem import Problem
 from torc.robots.description import RobotDescription
 from torc.robots.loading import load_robot
 from torc.workspace.description import Workspace
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 Choice = Callable[[Snapshot, int, np.random.Generator], list[tuple[int, Policy]]]
 """Which candidates of a snapshot are tried, and why: from the snapshot, the stage and a generator."""

@@ -19,7 +19,7 @@ from tools.grasp_model.floating_model import build_floating
 from tools.grasp_model.snapshot import Eyes, interpret, observe
 from torc.errors import PhysicsError
 from torc.geometry.transforms import rotation_about, rotation_from_wxyz, wxyz_from_rotation
-from torc.grasping.planner import GeometricGraspPlanner
+from torc.grasping.geometric_planner import GeometricGraspPlanner
 from torc.grasping.protocol import GraspPlanner
 from torc.objects.library import FACTS_PATH, GraspFact, builtin_object_names, load_object, read_facts
 from torc.problems.problem import ObjectPlacement, Problem
@@ -27,9 +27,9 @@ from torc.robots.description import RobotDescription
 from torc.robots.loading import load_robot
 from torc.sim.rendering import CameraRenderer
 from torc.sim.settling import settle, with_poses_of
-from torc.sim.world import World, build_world
+from torc.sim.simulated_world import World, build_world
 from torc.workspace.description import Workspace
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 
 @dataclass(frozen=True)

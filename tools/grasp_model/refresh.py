@@ -18,7 +18,7 @@ from tools.grasp_model.dataset import (
 )
 from tools.grasp_model.hand_score import HandScore
 from tools.grasp_model.snapshot import Eyes, perceive
-from torc.grasping.checks import Fault, check_candidates
+from torc.grasping.candidate_checks import Fault, check_candidates
 from torc.grasping.clouds import ObjectCloud, SceneClouds, build_clouds
 from torc.grasping.config import GraspConfig
 from torc.grasping.features import FEATURE_NAMES, compute_features
@@ -28,7 +28,7 @@ from torc.problems.problem import Problem
 from torc.records import OcclusionVolume
 from torc.robots.loading import load_robot
 from torc.workspace.description import Workspace
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 _SLACK_M = 1e-5
 

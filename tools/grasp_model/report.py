@@ -264,14 +264,14 @@ def write_report(
     parts += ["### By what the scene was seen with\n", eyes_section(train, fitted.p)]
     parts += [
         "### Calibration\n",
-        f"![calibration](img/{picture.name})\n",
+        f"![calibration]({picture.name})\n",
         reliability_section(fitted.p, train),
     ]
     parts += ["### Learning curve\n", curve_section(train, fitted, config, (0.03, 0.06, 0.12, 0.25, 0.5))]
     if held_out is not None and len(held_out):
         p = fitted.predict(held_out.features)
         parts += _choice_parts(held_out, p, rng)
-    parts += ["## What the score listens to\n", importance_section(train, config, rng), _LIMITS]
+    parts += ["## Which features matter\n", importance_section(train, config, rng), _LIMITS]
     out.parent.mkdir(parents=True, exist_ok=True)
     out.write_text("\n".join(parts))
     return fitted
@@ -308,13 +308,13 @@ def _opening(train: Trials, notes: str) -> str:
     return (
         "# The learned grasp score\n\n"
         f"Gradient-boosted trees on {len(train.feature_names)} features of a grasp candidate, fitted to {len(train)} "
-        f"simulated trials in {scenes} scenes ({100 * train.delivered.mean():.0f} % delivered), then calibrated. A "
-        "trial: a floating, force-limited 2F-85 approaches, closes, lifts 15 cm, and carries the object to the bin in "
-        "1.8 s while it turns to point down; delivered = between both fingers there. No arm. Made by\n"
-        "`python -m tools.grasp_model collect`, `train`, `evaluate` and `report`, in a checkout after "
-        f"`scripts/setup dev`; seeds of the scenes: {seeds}.\n\n"
-        "All tables here are of these trials. The best of many candidates is promised too much, and no arm floats: so "
-        "the promise is at last brought in line with whole trials (`recalibrate`), which leaves the order as it is, "
-        "once with exact depth and once with a sensor's errors (`recalibrate --rough`). "
-        f"The model says of itself: {notes or 'nothing'}.\n"
+        f"simulated trials in {scenes} scenes ({train.delivered.mean():.2f} of them delivered), then calibrated. In a "
+        "trial a floating, force-limited 2F-85 approaches, closes, lifts 15 cm, and carries the object to the bin in "
+        "1.8 s while it turns to point down. *Delivered* means that the object is then between both fingers. There is "
+        "no arm. In a checkout after `scripts/setup dev`, `python -m tools.grasp_model collect`, `train`, `evaluate` "
+        f"and `report` make all this; seeds of the scenes: {seeds}.\n\n"
+        "All tables here are of these trials. The best of many candidates is promised too much, and no arm floats. So "
+        "`recalibrate` finally fits the promise to whole trials, which keeps the order of the grasps: once with exact "
+        "depth, and once with a sensor's errors (`--rough`). "
+        f"Notes stored with the model: {notes or 'none'}.\n"
     )

@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float, Float32
 from tools.grasp_model.hand_score import HandScore
 from torc.episode.identity import shown_by
 from torc.grasping.features import FEATURE_NAMES
-from torc.grasping.planner import GeometricGraspPlanner
+from torc.grasping.geometric_planner import GeometricGraspPlanner
 from torc.occlusion.volume import empty_volume, update_volume
 from torc.perception.noise import add_sensor_noise
 from torc.perception.protocol import Wanted
@@ -19,8 +19,8 @@ from torc.records import GraspSet, Observation, OcclusionVolume, SegmentedScene
 from torc.robots.gripper import GripperDescription
 from torc.sim.rendering import CameraRenderer
 from torc.sim.robot import SimulatedCamera
+from torc.sim.simulated_world import build_world
 from torc.sim.stereo_camera import StereoRig
-from torc.sim.world import build_world
 from torc.specs.conditions import PipelineSpec
 from torc.workspace.description import CameraMount, Workspace
 

@@ -8,8 +8,8 @@ from PIL import Image
 
 from tools.objects.catalogue import ALL_KINDS
 from tools.objects.drawing import draw
-from torc.objects.files import save_object
 from torc.objects.library import INDEX_FILE, SHIPPED_OBJECTS
+from torc.objects.object_files import save_object
 
 
 def write_objects(directory: Path) -> int:

@@ -111,12 +111,12 @@ def main(args: Args) -> None:
         with tempfile.TemporaryDirectory() as directory:
             spec = TrialSpec.of(name, perception="embedded", robot=args.robot)
             result = run_trial(spec, Path(directory) / "trial").result
-            rows.setdefault("torc run", []).append({**result, "brought": result["retrieved"]})
+            rows.setdefault("torc run", []).append({**result.plain, "brought": result.retrieved})
             print(f"{name}, torc run: {_told(result)}", flush=True)
         for lab in args.labs:
             with tempfile.TemporaryDirectory() as directory:
                 result, truth = over_wires(lab, name, args.speed, Path(directory))
-            rows.setdefault(lab, []).append({**result, "brought": TARGET_ID in in_bin(truth)})
+            rows.setdefault(lab, []).append({**result.plain, "brought": TARGET_ID in in_bin(truth)})
             print(f"{name}, {lab}: {_told(result)}. {truth}", flush=True)
     print("\n| | trials | errored | retrieved | target in the bin | picks of those retrieved | grasps held |")
     print("|---|---|---|---|---|---|---|")
@@ -140,10 +140,10 @@ def in_bin(truth: str) -> list[int]:
     return [int(k) for k in truth.partition("[")[2].partition("]")[0].split(",") if k.strip()]
 
 
-def _told(result: dict[str, Any]) -> str:
-    if result["status"] != "completed":
-        return f"{result['status']}: {result.get('error')}"
-    return f"{'retrieved' if result['retrieved'] else result['end']}, {', '.join(result['outcomes'])}"
+def _told(result: TrialResult) -> str:
+    if result.status != "completed":
+        return f"{result.status}: {result.error}"
+    return f"{'retrieved' if result.retrieved else result.end}, {', '.join(result.outcomes)}"
 
 
 if __name__ == "__main__":

@@ -18,8 +18,8 @@ from torc.problems.sets import select_problems
 from torc.records import BACKGROUND, Observation
 from torc.robots.loading import load_robot
 from torc.sim.robot import SimulatedCamera
-from torc.sim.world import World, build_world
-from torc.workspace.files import load_workspace
+from torc.sim.simulated_world import World, build_world
+from torc.workspace.workspace_files import load_workspace
 from torc_lab.scenes.laying_out import THRESHOLD
 from torc_lab.scenes.overlap import measure_overlap
 from torc_lab.scenes.scene import PICTURES, median_picture

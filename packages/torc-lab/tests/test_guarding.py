@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from torc.episode.events import Started
-from torc.episode.log_writing import log_line
+from torc.episode.log import line_of
 from torc.pipeline.building import build_system
 from torc.robots.execution import ExecutionConfig
 from torc.specs.conditions import Conditions
@@ -67,5 +67,5 @@ def test_planners_without_these_settings_get_none_and_that_is_told(system_of, tm
 
 def test_it_stands_in_the_log_of_a_real_trial_and_only_there():
     begun = Started("lab-x", "dg-select", 0, "a mug", 5)
-    assert "guard" not in log_line(begun)
-    assert log_line(replace(begun, guard="The robot feels no contact."))["guard"].startswith("The robot")
+    assert "guard" not in line_of(begun).plain
+    assert line_of(replace(begun, guard="The robot feels no contact.")).plain["guard"].startswith("The robot")

@@ -9,7 +9,7 @@ from torc.errors import InputError
 from torc.perception.noise import add_sensor_noise, stereo_camera
 from torc.records import Observation
 from torc.testing.synthetic import SyntheticBox, synthetic_observation
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 from torc_lab.scenes.hints import hint, shift_m
 from torc_lab.scenes.overlap import measure_overlap
 from torc_lab.scenes.overlay import overlay, state_of

@@ -44,10 +44,10 @@ def test_picks_over_the_wires_bring_what_they_say(name, rehearsed, patient, tmp_
         trial = played(lab, tmp_path / "trial")
         truth = there.world.truth()
     result = trial.result
-    assert result["status"] == "completed", result
-    assert 1 <= result["grasps_delivered"] <= len(truth.in_bin)  # two may come up at a time
-    assert set(result["outcomes"]) <= {"removed", "retrieved", "missed", "slipped"}
-    if result["retrieved"]:  # it may have brought the target without knowing it
+    assert result.status == "completed", result
+    assert 1 <= result.grasps_delivered <= len(truth.in_bin)  # two may come up at a time
+    assert set(result.outcomes) <= {"removed", "retrieved", "missed", "slipped"}
+    if result.retrieved:  # it may have brought the target without knowing it
         assert truth.retrieved
     events = [line.event for line in read_events(trial.directory / "events.jsonl")]
     assert events[0] == "started"
@@ -61,8 +61,8 @@ def test_a_dry_run_moves_nothing(rehearsed, patient, tmp_path):
         trial = played(lab, tmp_path / "trial", dry_run=True)
         np.testing.assert_allclose(there.world.qpos, before, atol=1e-3)
         assert len(there.arm.heard) == sent
-    assert trial.result["status"] == "dry run"
-    assert trial.result["plan"].startswith("5 motions")
+    assert trial.result.status == "dry run"
+    assert trial.result.plain["plan"].startswith("5 motions")
     lines = {line.event: line for line in read_events(trial.directory / "events.jsonl")}
     assert "feels no contact" in lines["started"].guard
     assert len(lines["planned"].ways["approach"]) >= 2
@@ -115,12 +115,12 @@ def check_fault(rehearsed, tmp_path, wire, name, after_s):
         assert len(there.arm.heard) == sent
         if name not in ("cut", "nudge"):  # a controller without a connection goes on to the end of its motion
             np.testing.assert_allclose(there.world.qpos, stopped_at, atol=0.02)
-    assert trial.result["status"] in ("errored", "interrupted"), trial.result
+    assert trial.result.status in ("errored", "interrupted"), trial.result
     assert fault.happened, f"It ended so without a fault: {trial.result}."
-    assert trial.result.get("outcomes") is None
+    assert trial.result.outcomes is None
     lines = read_events(trial.directory / "events.jsonl")
     told = [line.reason for line in lines if line.event == "halted"]
-    assert told or trial.result["error"]
+    assert told or trial.result.error
 
 
 @pytest.mark.long
@@ -159,10 +159,10 @@ def test_somebody_resumes_after_an_e_stop_and_the_episode_goes_on_unscored(
         trial = played(lab, tmp_path / "trial", ask, [Fault(there, "e-stop", 1.0)])
         truth = there.world.truth()
     assert len(truth.in_bin) >= 1
-    assert trial.result["status"] == "interrupted"
-    assert trial.result["picks"] >= 1
-    assert len(trial.result["halts"]) == 1
-    assert "e-stop" in trial.result["halts"][0]
+    assert trial.result.status == "interrupted"
+    assert trial.result.picks >= 1
+    assert len(trial.result.plain["halts"]) == 1
+    assert "e-stop" in trial.result.plain["halts"][0]
     assert any("Resume?" in q for q in questions)
 
 
@@ -179,8 +179,8 @@ def test_a_motion_that_is_not_confirmed_is_not_sent(rehearsed, tmp_path):
         trial = played(lab, tmp_path / "trial", no, confirm="motion")
         assert len(there.arm.heard) == sent
     assert "Go?" in asked[0]
-    assert trial.result["status"] == "errored"
-    assert "not confirmed" in trial.result["error"]
+    assert trial.result.status == "errored"
+    assert "not confirmed" in trial.result.error
 
 
 def test_what_cannot_be_reached_or_known_leaves_nothing_behind(tmp_path):

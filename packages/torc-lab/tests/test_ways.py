@@ -12,12 +12,12 @@ from test_lab_robot import plan
 from test_supervisor import WIDE
 from tests.helpers.fake_trial import play_fake_trial
 from torc.episode.events import Planned
-from torc.episode.log_writing import log_line
+from torc.episode.log import line_of
 from torc.episode.recorded import read_trial
+from torc.pipeline.planners import make_planner
 from torc.records import PickPlan
 from torc.robots.kinematics import tcp_pose
 from torc.specs.trial import TrialSpec
-from torc.task_planning.registry import make_planner
 from torc.web.pick_page import pick_page
 from torc_lab.checks import limits_of
 from torc_lab.retrieval import _LabTrial
@@ -75,10 +75,10 @@ def test_they_stand_in_the_log_and_on_the_page(robot, pick, tmp_path):
     spec = TrialSpec.of("boxes", "dg-select")
     trial = play_fake_trial(spec, tmp_path / "boxes", make_planner("dg-select"), [seen.append])
     planned = next(e for e in seen if isinstance(e, Planned) and isinstance(e.plan, PickPlan))
-    assert "ways" not in log_line(planned)
+    assert "ways" not in line_of(planned).plain
     assert pick_page(read_trial(trial.directory), 0)["plan"]["ways"] == {}
     log = trial.directory / "events.jsonl"
-    told = log_line(replace(planned, ways=tcp_ways(robot, pick)))
+    told = line_of(replace(planned, ways=tcp_ways(robot, pick))).plain
     lines = [json.loads(line) for line in log.read_text().splitlines()]
     lines = [told if line["event"] == "planned" and line["pick"] == 0 else line for line in lines]
     log.write_text("".join(json.dumps(line) + "\n" for line in lines))

@@ -31,7 +31,7 @@ from graspgenx.samplers.planner import run_planner_on_object
 from graspgenx.utils.checkpoint_io import load_model_cfg
 from graspgenx.x_grippers import XGripperInfo, get_gripper_info
 
-from torc.fingerprints import fingerprint
+from torc.io.digests import fingerprint
 from torc_networks.fields import request
 from torc_networks.server import serve
 

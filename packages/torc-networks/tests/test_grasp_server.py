@@ -5,8 +5,9 @@ import pytest
 
 from tests.helpers.marks import long
 from torc.errors import InputError
-from torc.grasping.planner import GeometricGraspPlanner
+from torc.grasping.geometric_planner import GeometricGraspPlanner
 from torc.pipeline.building import make_stage
+from torc.registry.context import BuildContext
 from torc.specs.conditions import PipelineSpec
 from torc.testing.grasp_conformance import CASES, check_case
 from torc_networks.grasping.contact_graspnet import ContactGraspNetConfig, ContactGraspNetPlanner
@@ -96,11 +97,14 @@ def test_they_are_made_by_name_and_settings(gripper, table_z):
         "grasps.fingertip_m": [0, 0, 0.2],
     }
     spec = PipelineSpec(grasps="graspgenx", settings=settings)
-    made = make_stage(spec, "grasps", gripper=gripper, support_z_m=table_z)
+    made = make_stage(spec, "grasps", BuildContext(gripper=gripper, support_z_m=table_z))
     assert (made.asked.num_grasps, made.config.checks.table_margin_m) == (9, 0.01)
     assert made.asked.fingertip_m == (0, 0, 0.2)
     spec = PipelineSpec(grasps="contact-graspnet", settings={"grasps.score": "network"})
-    assert make_stage(spec, "grasps", gripper=gripper, support_z_m=table_z).asked.score == "network"
+    assert (
+        make_stage(spec, "grasps", BuildContext(gripper=gripper, support_z_m=table_z)).asked.score
+        == "network"
+    )
 
 
 @pytest.mark.parametrize("wrong", [{"score": "best"}, {"max_points": 0}, {"max_grasps": 0}])

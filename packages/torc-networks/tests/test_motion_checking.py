@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicHermiteSpline
 
-from torc.collision.checks import robot_arrays
+from torc.collision.contacts import robot_arrays
 from torc.motion.config import MotionConfig, TimingConfig
 from torc.motion.space import MotionQuery, free_space
 from torc.records import Trajectory

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from tests.helpers.motion_checker import PlanChecker
-from torc.collision.checks import static_contacts
+from torc.collision.contacts import static_contacts
 from torc.errors import NetworkError
 from torc.motion.config import MotionConfig
 from torc.pipeline.building import build_system, make_stage
 from torc.records import PickPlan, PlanFailure, PlanStage
+from torc.registry.context import BuildContext
 from torc.robots.kinematics import tool0_poses
 from torc.specs.conditions import Conditions
 from torc.testing.motion_conformance import check_motion_planner, requests
@@ -258,5 +259,8 @@ def test_it_is_made_by_name_and_its_straight_motions_decide_what_is_valid(worksp
     assert system.pipeline.motion.cartesian.lifts_m == (0.08,)
     assert system.motion_planner.config.server.timeout_s == 5
     assert (
-        make_stage(spec, "motion", robot=system.robot, workspace=workspace).free.client.config.timeout_s == 5
+        make_stage(
+            spec, "motion", BuildContext(robot=system.robot, workspace=workspace)
+        ).free.client.config.timeout_s
+        == 5
     )

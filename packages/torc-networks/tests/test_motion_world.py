@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from torc.collision.checks import robot_arrays
-from torc.collision.world import FREE, SURFACE, UNKNOWN
+from torc.collision.collision_world import FREE, SURFACE, UNKNOWN
+from torc.collision.contacts import robot_arrays
 from torc.errors import InputError
 from torc.motion.config import MotionConfig
 from torc.motion.space import free_space

@@ -8,6 +8,7 @@ from torc.perception.embedded.perception import EmbeddedPerception
 from torc.perception.protocol import Wanted
 from torc.perception.segmentation import REAL_CAMERA
 from torc.pipeline.building import make_stage
+from torc.registry.context import BuildContext
 from torc.specs.conditions import PipelineSpec
 from torc.testing.contexts import box, small_mount
 from torc.testing.perception_conformance import check_perception
@@ -151,9 +152,12 @@ def test_it_is_made_by_name_and_settings(workspace):
         "perception.tracking.reach_m": 0.1,
     }
     spec = PipelineSpec(perception="network", settings=settings)
-    config = make_stage(spec, "perception", workspace=workspace).asked
+    config = make_stage(spec, "perception", BuildContext(workspace=workspace)).asked
     assert (config.prompt, config.layout.left, config.tracking.reach_m) == ("tin.", 0.4, 0.1)
-    assert make_stage(spec, "perception", rough=True, workspace=workspace).asked.clouds == REAL_CAMERA
+    assert (
+        make_stage(spec, "perception", BuildContext(workspace=workspace), rough=True).asked.clouds
+        == REAL_CAMERA
+    )
 
 
 @pytest.mark.parametrize(

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from torc.plugins import part_paths
-from torc.stages import STAGES
+from torc.registry.kinds import STAGES
+from torc.registry.loading import part_paths
 from torc_networks.depth import NetworkDepthConfig
 from torc_networks.grasping.contact_graspnet import ContactGraspNetConfig
 from torc_networks.grasping.graspgenx import GraspGenXConfig

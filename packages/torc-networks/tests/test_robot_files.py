@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import yaml
 
-from torc.collision.world import CollisionConfig
+from torc.collision.collision_world import CollisionConfig
 from torc.geometry.transforms import make_pose, rotation_about
 from torc.robots.kinematics import link_poses, sphere_centers
 from torc_networks.motion.robot_files import write_curobo_robot

@@ -1,7 +1,8 @@
 """Does the regret of single decisions tell who needs few picks? Rank correlation over deciders measured both ways.
 
 torc bench --problems torc40 --planners vlm-grasps:simulated:0.5,... --repeats 1 --out runs/vlms
-torc bench --problems torc40 --planners decisions_and_picks:First,... --repeats 1 --out runs/rules
+torc bench --problems torc40 --planners packages/torc-next-object/benchmarks/decisions_and_picks.py:First,... \\
+  --repeats 1 --out runs/rules
 python packages/torc-next-object/benchmarks/decisions_and_picks.py next_object results/torc-hard runs/vlms runs/rules
 """
 

@@ -1,8 +1,8 @@
-"""The leaderboard of torc-next-object: results/leaderboard.yaml, and the page that is made of it.
+"""Keep the leaderboard of torc-next-object: results/next-object/leaderboard.yaml and the page made from it.
 
-python packages/torc-next-object/tools/leaderboard.py baselines next_object        # the choices that the data set holds
+python packages/torc-next-object/tools/leaderboard.py baselines next_object  # the choices that the data set holds
 python packages/torc-next-object/tools/leaderboard.py add runs/model/scores.json --by "who ran it"
-python packages/torc-next-object/tools/leaderboard.py page                         # docs/leaderboard.md
+python packages/torc-next-object/tools/leaderboard.py page  # results/next-object/README.md
 """
 
 import json
@@ -16,7 +16,7 @@ import tyro
 import yaml
 
 from torc.errors import InputError
-from torc.files.reading import read_text
+from torc.io.reading import read_text
 from torc_next_object.asking.evaluation import data_digest
 from torc_next_object.asking.standing import FORMAT as SCORES_FORMAT
 from torc_next_object.asking.standing import shown
@@ -26,7 +26,7 @@ from torc_next_object.scoring import score_baselines
 
 FORMAT = "torc-leaderboard/1"
 ROOT = Path(__file__).parents[3]
-FILE, PAGE = ROOT / "results" / "leaderboard.yaml", ROOT / "docs" / "leaderboard.md"
+FILE, PAGE = (ROOT / "results" / "next-object" / name for name in ("leaderboard.yaml", "README.md"))
 SPLIT = "test"
 SCORES = ("rows", "scenes", "regret", "regret_low", "regret_high", "top1", "lost", "invalid")
 GROUPS = (("hard", "difficulty", "hard"), ("hidden", "target", "hidden"), ("visible", "target", "visible"))
@@ -40,41 +40,42 @@ PROVENANCE = (
     "prompt_sha256",
     "data_sha256",
 )
-_NO_MODEL = "No model has been run yet: what stands here are baselines alone.\n"
+_NO_MODEL = "No model has been run yet. These are baselines only.\n"
 _HEAD = """# Leaderboard
 
-The data set [torc-next-object](next_object.md), split `test`: {rows} decisions of {scenes} problems. Regret is 0 for
-the best choices and 1 for those of RANDOM; the interval (95 %) is over problems. Hard: the target is more than 2.5
-picks away. No number stands here that nobody ran.
+Scores on the data set [torc-next-object](../../docs/next_object.md), split `test`: {rows} decisions in {scenes}
+problems. Regret is 0 for the best choices and 1 for RANDOM's; the 95 % interval is over problems. *Hard* means that the
+target is more than 2.5 picks away. Every number here was measured.
 
 """
 _TAIL = """
-`learned`, `belief` and `dg-select` are [torc's planners](task_planners.md). `simulated-P` is torc's
-[simulated VLM](vlm.md), which knows the scene and is right in a share P of all facts: it shows how good a model must
-be, and takes no part. `first` takes the lowest number, `largest` and `nearest` go by the picture.
+`learned`, `belief` and `dg-select` are [torc's planners](../../docs/task_planners.md). `simulated-P` is torc's
+[simulated VLM](../../docs/vlm.md#the-simulated-vlm), which knows the scene and gets a share P of all facts right; it
+shows how good a model must be and does not compete. `first` takes the lowest number, `largest` and `nearest` the
+largest and the nearest object in the picture.
 
-This page is made of [results/leaderboard.yaml](../results/leaderboard.yaml), which has the provenance of each line.
-[How to submit](next_object.md#submit-a-result).
+`python packages/torc-next-object/tools/leaderboard.py page` makes this page from [leaderboard.yaml](leaderboard.yaml),
+which records where each line comes from. [How to submit a result](../../docs/next_object.md#submit-a-result).
 """
 
 
 def read(file: Path = FILE) -> dict[str, Any]:
-    """The leaderboard, empty where there is no file. Raises InputError for another file."""
+    """Return the leaderboard; empty if the file does not exist. Raises InputError if it has another format."""
     if not file.exists():
         return {"format": FORMAT, "split": SPLIT, "data_sha256": {}, "baselines": {}, "models": []}
     found = yaml.safe_load(read_text(file))
     if not isinstance(found, dict) or found.get("format") != FORMAT:
-        raise InputError(f"'{file}' is no leaderboard of the format {FORMAT}.")
+        raise InputError(f"'{file}' is not a leaderboard of the format {FORMAT}.")
     return found
 
 
 def write(board: Mapping[str, Any], file: Path = FILE) -> None:
-    """As YAML, in the order in which it came."""
+    """Write the leaderboard as YAML, keys in the given order."""
     file.write_text(yaml.safe_dump(dict(board), sort_keys=False, width=120), encoding="utf-8")
 
 
 def entry(scores: Mapping[str, Any], by: str, board: Mapping[str, Any]) -> dict[str, Any]:
-    """A model's line, from what `torc vlm-eval` wrote. Raises InputError for scores that may not stand here."""
+    """Return a model's line, made from the scores of `torc vlm-eval`. Raises InputError if they do not qualify."""
     if scores.get("format") != SCORES_FORMAT:
         raise InputError(
             f"These are no scores of the format {SCORES_FORMAT}, as `torc vlm-eval` writes them."
@@ -98,17 +99,17 @@ def entry(scores: Mapping[str, Any], by: str, board: Mapping[str, Any]) -> dict[
 
 
 def line(scores: Mapping[str, Any]) -> dict[str, Any]:
-    """What the leaderboard keeps of scores."""
+    """Return the scores that the leaderboard keeps."""
     parts = {name: scores["by"].get(kind, {}).get(group, {}).get("regret") for name, kind, group in GROUPS}
     return {name: scores[name] for name in SCORES} | {"regret_by": parts}
 
 
 def page(board: Mapping[str, Any]) -> str:
-    """As Markdown, the best first."""
+    """Return the page as Markdown, best first."""
     some = _size(board)
     models = sorted(board["models"], key=lambda e: e["regret"])
     table = [
-        "| who | told | regret | 95 % | best choice | invalid | regret, hard | hidden | visible |",
+        "| who | variant | regret | 95 % | best choice | invalid | regret, hard | hidden | visible |",
         "|---|---|---|---|---|---|---|---|---|",
         *(_row(f"**{e['model']}**, {e['date']}, by {e['by']}", e["variant"], e) for e in models),
         *(
@@ -121,20 +122,20 @@ def page(board: Mapping[str, Any]) -> str:
 
 
 def _size(board: Mapping[str, Any]) -> Mapping[str, int]:
-    """Rows and scenes that every line has."""
+    """Return the numbers of rows and scenes, which all lines share."""
     lines: list[Mapping[str, int]] = [*board["baselines"].values(), {"rows": 0, "scenes": 0}]
     return lines[0]
 
 
-def _row(who: str, told: str, e: Mapping[str, Any]) -> str:
+def _row(who: str, variant: str, e: Mapping[str, Any]) -> str:
     parts = " | ".join(shown(e["regret_by"][name]) for name, _, _ in GROUPS)
     interval = f"{shown(e['regret_low'])} to {shown(e['regret_high'])}"
-    return f"| {who} | {told} | {shown(e['regret'])} | {interval} | {e['top1']:.2f} | {e['invalid']:.2f} | {parts} |"
+    return f"| {who} | {variant} | {shown(e['regret'])} | {interval} | {e['top1']:.2f} | {e['invalid']:.2f} | {parts} |"
 
 
 @dataclass(frozen=True)
 class Baselines:
-    """Score the choices that the data set holds, and put them into the leaderboard."""
+    """Score the baselines that the data set holds, and put them into the leaderboard."""
 
     data: tyro.conf.Positional[str]
     """A folder of Parquet files, or OWNER/NAME on the Hugging Face hub."""
@@ -158,7 +159,7 @@ class Baselines:
 
 @dataclass(frozen=True)
 class Add:
-    """Add a model's scores; an older line of the same model, variant and prompt is replaced."""
+    """Add a model's scores; they replace an older line with the same model, variant and prompt."""
 
     scores: tyro.conf.Positional[Path]
     """scores.json of `torc vlm-eval`."""
@@ -166,7 +167,7 @@ class Add:
     """Who ran it."""
 
     def run(self) -> None:
-        """Check and write. Raises InputError for scores that may not stand here."""
+        """Check and write. Raises InputError if the scores do not qualify."""
         board = read()
         new = entry(json.loads(read_text(self.scores)), self.by, board)
         same = ("model", "variant", "prompt")
@@ -176,7 +177,7 @@ class Add:
 
 @dataclass(frozen=True)
 class Page:
-    """Make docs/leaderboard.md."""
+    """Make results/next-object/README.md."""
 
     def run(self) -> None:
         """Write it."""

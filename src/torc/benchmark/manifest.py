@@ -12,8 +12,8 @@ from typing import Any
 import torc
 from torc.episode.versions import versions
 from torc.errors import InputError
-from torc.files.reading import read_text
-from torc.records.files import write_json
+from torc.io.reading import read_text
+from torc.io.results import write_json
 
 MANIFEST_FORMAT = "torc-bench-manifest/1"
 _MANIFEST, _GIT_PATIENCE_S = "manifest.json", 10

@@ -8,11 +8,12 @@ from typing import Any
 from torc.benchmark.local_pool import Backend, Task, Work
 from torc.benchmark.spec import BenchSpec, PlannedTrial, problem_fingerprint
 from torc.benchmark.store import OUTPUT, TRIAL, Store
-from torc.episode.planners import load_trial_planner
+from torc.episode.log import TrialResult
 from torc.episode.trial import run_trial
 from torc.errors import InputError
-from torc.fingerprints import part_source
+from torc.io.digests import part_source
 from torc.pipeline.building import sources
+from torc.pipeline.planners import load_planner
 from torc.problems.problem import load_problem
 from torc.vlm.cache import CacheConfig
 
@@ -27,8 +28,8 @@ class Order:
     vlm_cache: CacheConfig | None = None
 
 
-Listener = Callable[[PlannedTrial, dict[str, Any]], Any]
-"""Takes a trial that has ended, and its result.json."""
+Listener = Callable[[PlannedTrial, TrialResult], Any]
+"""Takes a trial that has ended, and its result."""
 
 
 def run_missing(
@@ -55,7 +56,7 @@ def run_missing(
     for ending in backend.run(work or play, tasks):
         order = orders[ending.key]
         result = store.accept(order.trial, order.work, ending.failure)
-        errored += result.get("status") != "completed"
+        errored += not result.completed
         listener(order.trial, result)
     return errored
 
@@ -66,7 +67,7 @@ def changed_part(trial: PlannedTrial) -> str | None:
     Raises InputError: a part is missing.
     """
     planner, around = trial.planner, trial.around
-    if planner.source and part_source(load_trial_planner(planner.spec.name)) != planner.source:
+    if planner.source and part_source(load_planner(planner.spec.name)) != planner.source:
         return f"planner '{planner.spec.name}'"
     now = sources(around.conditions)
     changed = sorted(k for k in now | dict(around.sources) if now.get(k) != around.sources.get(k))

@@ -5,19 +5,19 @@ from contextlib import contextmanager
 from dataclasses import replace
 
 from torc.benchmark.spec import Around, BenchPlanner, BenchProblem, problem_fingerprint
-from torc.episode.planners import PRIVILEGED, load_trial_planner, make_spec_planner
 from torc.errors import InputError, TorcError
-from torc.fingerprints import part_source
+from torc.io.digests import part_source
 from torc.pipeline.building import build_system, sources
-from torc.plugins import parameters
+from torc.pipeline.planners import load_planner, make_spec_planner
 from torc.problems.problem import Problem, load_problem
 from torc.problems.sets import select_problems, shipped_path
+from torc.registry.context import parameters
+from torc.registry.kinds import TASK_PLANNERS
+from torc.registry.loading import is_shipped, part_paths
+from torc.registry.settings import Settings
 from torc.specs.conditions import Conditions
-from torc.specs.settings import Settings
 from torc.specs.trial import PlannerSpec
 from torc.specs.variants import varied
-from torc.stages import ASKING, TASK_PLANNERS
-from torc.task_planning.registry import planner_paths
 from torc.vlm.cache import CacheConfig
 from torc.vlm.simulated.situation import Situation
 
@@ -34,15 +34,20 @@ def find_problems(selection: str) -> dict[BenchProblem, Problem]:
                 f"{first} and {name} are both called '{problem.name}', so their trials would be mixed up. Change "
                 "`name:` in one of the files, or leave it out; generated ones are called otherwise with another --seed."
             )
-        facts = problem.name, problem.category, problem_fingerprint(problem), shipped_path(name) is not None
-        found[BenchProblem(*facts)] = problem
+        played = BenchProblem(
+            name=problem.name,
+            category=problem.category,
+            digest=problem_fingerprint(problem),
+            shipped=shipped_path(name) is not None,
+        )
+        found[played] = problem
     return found
 
 
 def split_vlm(text: str) -> tuple[str, str | None]:
     """A planner's name, and the VLM that a user named behind it, as in "vlm-select:simulated:0.9"."""
     name, colon, vlm = text.partition(":")
-    return (name, vlm) if colon and name in planner_paths() else (text, None)
+    return (name, vlm) if colon and name in part_paths(TASK_PLANNERS) else (text, None)
 
 
 def find_around(conditions: Conditions) -> Around:
@@ -60,9 +65,9 @@ def find_planner(spec: PlannerSpec, vlm_cache: CacheConfig | None, own_vlm: bool
     """
     name = spec.name
     with _explained(f"The planner '{name}'"):
-        maker = load_trial_planner(name)
+        maker = load_planner(name)
         vlm = spec.vlm if "client" in parameters(maker) else None
-        if vlm is None and name in ASKING:
+        if vlm is None and TASK_PLANNERS.traits(maker).asks_model:
             raise InputError(
                 f"The planner '{name}' asks a model: name it with --vlm, e.g. --vlm gemini:MODEL."
             )
@@ -71,8 +76,7 @@ def find_planner(spec: PlannerSpec, vlm_cache: CacheConfig | None, own_vlm: bool
         spec = replace(spec, vlm=vlm)
         truth = _not_asked if vlm is not None and vlm.simulated else None
         make_spec_planner(spec, vlm_cache if vlm else None, truth)
-        shipped = name in TASK_PLANNERS.built_in or name in PRIVILEGED
-        return BenchPlanner(spec, "" if shipped else part_source(maker))
+        return BenchPlanner(spec, "" if is_shipped(TASK_PLANNERS, name) else part_source(maker))
 
 
 def under_variants(

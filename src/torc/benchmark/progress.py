@@ -4,13 +4,13 @@ import sys
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from torc.benchmark.playing import Listener
 from torc.benchmark.spec import PlannedTrial
+from torc.episode.log import TrialResult
 
 _PACE_S = 3600.0
 """The time that is left follows from the pace of the last hour."""
@@ -26,16 +26,16 @@ def shown(total: int) -> Iterator[Listener]:
     with Progress(*columns, console=console, disable=not live, speed_estimate_period=_PACE_S) as progress:
         bar = progress.add_task("", total=total)
 
-        def listen(trial: PlannedTrial, result: dict[str, Any]) -> None:
+        def listen(trial: PlannedTrial, result: TrialResult) -> None:
             progress.advance(bar)
-            completed, label = result.get("status") == "completed", trial.planner.label
+            completed, label = result.completed, trial.planner.label
             if completed:
-                verdict = "retrieved" if result["retrieved"] else f"not retrieved ({result['end']})"
-                verdict += f", {result['picks']} picks, {result['drops']} dropped"
+                verdict = "retrieved" if result.retrieved else f"not retrieved ({result.end})"
+                verdict += f", {result.picks} picks, {result.drops} dropped"
                 played[label] += 1
-                retrieved[label] += bool(result["retrieved"])
+                retrieved[label] += bool(result.retrieved)
             else:
-                verdict = f"ERRORED: {result.get('error', result.get('status'))}"
+                verdict = f"ERRORED: {result.error or result.status}"
             if not (live and completed):
                 where = f"[{progress.tasks[bar].completed:.0f}/{total}] {label} on {trial.problem.name}"
                 console.out(f"{where}, seed {trial.seed}: {verdict}", highlight=False)

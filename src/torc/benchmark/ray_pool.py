@@ -24,16 +24,16 @@ from torc.benchmark.ray_worker import CODE, play_remotely, torc_facts
 from torc.benchmark.spec import BenchSpec
 from torc.benchmark.store import TRIAL
 from torc.errors import InputError, MissingDependencyError, TorcError, extra_remedy
+from torc.io.results import write_json
 from torc.objects.library import ENVIRONMENT_VARIABLE, find_stored
 from torc.problems.problem import Problem, save_problem
-from torc.records.files import write_json
+from torc.registry.kinds import STAGES
 from torc.robots.loading import load_robot
 from torc.robots.names import robot_names
-from torc.specs.files import to_plain
+from torc.specs.spec_files import to_plain
 from torc.specs.variants import varied
-from torc.stages import STAGES
 from torc.vlm.cache import CacheMode
-from torc.workspace.files import workspace_names
+from torc.workspace.workspace_files import workspace_names
 
 _OBJECTS, _PROBLEMS, _ROBOT, _WORKSPACE = "own-objects", "own-problems", "own-robot", "own-workspace.yaml"
 """Below Ray's working directory, as CODE."""

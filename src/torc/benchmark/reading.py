@@ -1,10 +1,9 @@
 """From the trials below a directory to a table."""
 
-import json
 import os
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -12,16 +11,15 @@ from typing import Any
 from torc.benchmark.rows import REAL, PickRow, Table, TrialRow, participant_by_name
 from torc.benchmark.store import TRIALS, WORK, Store
 from torc.benchmark.table_files import TRIALS_FILE, read_rows
-from torc.benchmark.vlm_use import vlm_facts
-from torc.episode.recorded import check_directory, picks_of, read_events, read_spec
+from torc.episode.log import TrialResult
+from torc.episode.recorded import check_directory, picks_of, read_events, read_result, read_spec
 from torc.episode.versions import versions_text
 from torc.errors import InputError
-from torc.files.reading import read_text
 from torc.objects.library import object_facts
 from torc.problems.problem import Problem, load_problem
 from torc.specs.trial import TrialSpec
 
-_MAX_DEPTH = 6
+_MAX_CURRENCY, _MAX_DEPTH = 8, 6
 
 
 def read_tables(roots: Sequence[Path]) -> Table:
@@ -129,36 +127,38 @@ def _read(root: Path) -> tuple[list[TrialRow], list[tuple[Path, str]]]:
 def _loose(directory: Path) -> TrialRow:
     """A trial that no benchmark planned, by its spec.json and result.json."""
     recorded = read_spec(directory / "spec.json")
-    result = json.loads(read_text(directory / "result.json"))
+    result = read_result(directory / "result.json")
     problem = _problem(recorded.spec.problem)
     known = problem.category if problem else "unknown"
-    category = REAL if result.get("lab") else known
+    category = REAL if (result.model_extra or {}).get("lab") else known
     return _row(directory, recorded.spec, result, category=category, conditions=recorded.conditions_text)
 
 
-def _row(directory: Path, spec: TrialSpec, result: Mapping[str, Any] | None, **more: Any) -> TrialRow:
-    said, planner = result or {}, spec.planner
-    participant = bool(said.get("participant", participant_by_name(planner.label)))
+def _row(directory: Path, spec: TrialSpec, result: TrialResult | None, **more: Any) -> TrialRow:
+    planner = spec.planner
+    participant = result.participant if result is not None else None
+    if participant is None:
+        participant = participant_by_name(planner.label)
     facts: dict[str, Any] = {
         "id": "",
         "directory": directory,
         "problem": spec.problem_name,
         "planner": planner.label,
         "seed": spec.seed,
-        "status": "missing" if result is None else str(said["status"]),
+        "status": "missing" if result is None else result.status,
         "max_picks": spec.conditions.max_picks,
-        "version": versions_text(said.get("versions", {})),
+        "version": versions_text({} if result is None else result.versions),
         "participant": participant and not planner.outside_view,
-        **vlm_facts(said.get("vlm_use")),
     }
-    if facts["status"] == "completed":
-        facts |= {name: bool(said[name]) for name in ("retrieved", "held_target")}
-        facts |= {name: int(said[name]) for name in ("picks", "drops")}
-        facts |= {"end": str(said["end"]), "bound": str(said.get("bound", ""))}
-        facts["absent"] = bool(said.get("target_absent", False))
+    if result is not None and (use := result.vlm_use) is not None:
+        facts |= {"vlm_calls": use.calls, "vlm_cost": use.cost, "currency": use.currency[:_MAX_CURRENCY]}
+        facts |= {"tokens_sent": use.tokens_sent, "tokens_written": use.tokens_written}
+    if result is not None and result.completed:
+        facts |= {name: getattr(result, name) for name in ("retrieved", "held_target", "picks", "drops")}
+        facts |= {"end": result.end or "", "bound": result.bound, "absent": result.target_absent}
         facts["picked"] = tuple(_picks(directory / "events.jsonl", _problem(spec.problem)))
     elif result is not None:
-        facts |= {"cause": str(said.get("cause", "raised")), "error": str(said.get("error", ""))}
+        facts |= {"cause": result.cause, "error": result.error or ""}
     return TrialRow(**facts | more)
 
 

@@ -4,7 +4,7 @@ import shlex
 from dataclasses import dataclass
 from pathlib import Path
 
-from torc.episode.planners import PRIVILEGED
+from torc.pipeline.planners import is_reference
 from torc.pipeline.state import EndReason
 from torc.records import PickResult
 from torc.specs.trial import SIMULATED
@@ -208,4 +208,4 @@ def participant_by_name(label: str) -> bool:
     """Whether a planner competes, where nothing but its label is known: older tables, trials without a result."""
     name, _, model = label.partition("[")
     is_person = label.partition(" ")[0] == "human"
-    return not (name in PRIVILEGED or model.startswith(SIMULATED) or is_person)
+    return not (is_reference(name) or model.startswith(SIMULATED) or is_person)

@@ -7,11 +7,11 @@ from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from torc.errors import InputError
-from torc.fingerprints import file_fingerprint, fingerprint
+from torc.io.digests import file_fingerprint, fingerprint
 from torc.objects.library import find_stored, object_facts
 from torc.problems.problem import Problem
+from torc.registry.settings import Settings
 from torc.specs.conditions import Conditions
-from torc.specs.settings import Settings
 from torc.specs.trial import PlannerSpec, TrialSpec, settings_text
 from torc.specs.variants import varied
 from torc.vlm.config import DEFAULT_QUESTIONS, VlmConfig

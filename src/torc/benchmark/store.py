@@ -20,18 +20,16 @@ from pydantic import TypeAdapter, ValidationError
 
 from torc.benchmark.local_pool import Failure
 from torc.benchmark.spec import Around, BenchPlanner, BenchProblem, BenchSpec, PlannedTrial, merged
-from torc.episode.recorded import LOG
-from torc.episode.trial import RESULT_FORMAT
+from torc.episode.log import RESULT_FORMAT, TrialResult
+from torc.episode.recorded import LOG, read_result
 from torc.episode.versions import versions
 from torc.errors import InputError
-from torc.files.reading import read_text
+from torc.io.reading import read_text
+from torc.io.results import try_lock, write_json
 from torc.problems.problem import Problem, save_problem
-from torc.records.directories import try_lock
-from torc.records.files import write_json
-from torc.specs.files import from_plain, to_plain
+from torc.specs.spec_files import to_plain
 
 SPEC_FORMAT = "torc-bench/2"
-_FIRST_FORMAT = "torc-bench/1"
 
 
 def to_json(spec: BenchSpec) -> dict[str, Any]:
@@ -56,20 +54,27 @@ def to_json(spec: BenchSpec) -> dict[str, Any]:
 def from_json(data: Mapping[str, Any], source: str) -> BenchSpec:
     """A spec from plain data; `source` names it in errors. Raises InputError."""
     found = data.get("format") if isinstance(data, Mapping) else None
-    if found not in (SPEC_FORMAT, _FIRST_FORMAT):
+    if found != SPEC_FORMAT:
         raise InputError(
             f"{source} is of format {found!r}; this torc reads {SPEC_FORMAT!r}. A newer torc may have written it."
         )
     try:
-        data = _from_first(data, source) if found == _FIRST_FORMAT else data
         around = _AROUND.validate_python({k: data[k] for k in ("conditions", "sources")})
         problems = [BenchProblem(**p) for p in data["problems"]]
         planners = [_PLANNER.validate_python(p) for p in data["planners"]]
         trials = []
         for t in data["trials"]:
-            problem, planner = problems[t["problem"]], planners[t["planner"]]
-            facts = int(t["seed"]), around.under(planner), str(t["torc"]), str(t["id"])
-            trials.append(PlannedTrial(problem, planner, *facts))
+            planner = planners[t["planner"]]
+            trials.append(
+                PlannedTrial(
+                    problem=problems[t["problem"]],
+                    planner=planner,
+                    seed=int(t["seed"]),
+                    around=around.under(planner),
+                    version=str(t["torc"]),
+                    id=str(t["id"]),
+                )
+            )
     except (KeyError, TypeError, ValueError, IndexError, ValidationError) as error:
         raise InputError(
             f"{source} is damaged ({type(error).__name__}: {error}). Use another --out."
@@ -79,15 +84,6 @@ def from_json(data: Mapping[str, Any], source: str) -> BenchSpec:
 
 _AROUND = TypeAdapter(Around)
 _PLANNER = TypeAdapter(BenchPlanner)
-
-
-def _from_first(data: Mapping[str, Any], source: str) -> dict[str, Any]:
-    """The older format: `settings` with the sources in it, planners flat."""
-    one = from_plain({"problem": "", "planner": "", **data["settings"]}, source)
-    planners = [
-        {"spec": {"name": p["name"], "vlm": p["vlm"]}, "source": p["source"]} for p in data["planners"]
-    ]
-    return {**data, "conditions": one.spec.conditions, "sources": dict(one.sources), "planners": planners}
 
 
 def _index(entries: list[dict[str, Any]], entry: dict[str, Any]) -> int:
@@ -170,23 +166,23 @@ class Store:
         """What `load_problem` is given: shipped problems by name, others as they were when the benchmark began."""
         return problem.name if problem.shipped else str(self.root / PROBLEMS / f"{problem.name}.yaml")
 
-    def result(self, trial: PlannedTrial) -> dict[str, Any] | None:
-        """result.json of a trial; None if it has not been played, or cannot be read."""
+    def result(self, trial: PlannedTrial) -> TrialResult | None:
+        """The result of a trial; None if it has not been played, or cannot be read."""
         try:
-            return json.loads(read_text(self.directory(trial) / "result.json"))
-        except (OSError, ValueError):
+            return read_result(self.directory(trial) / "result.json")
+        except InputError:
             return None
 
     def left(self, spec: BenchSpec) -> list[PlannedTrial]:
         """Trials that are missing or errored."""
         results = ((t, self.result(t)) for t in spec.trials)
-        return [t for t, result in results if result is None or result.get("status") != "completed"]
+        return [t for t, result in results if result is None or not result.completed]
 
     def work(self, trial: PlannedTrial) -> Path:
         """A directory of this runner's own, to play a trial in: what a killed one left behind cannot get in its way."""
         return self.root / WORK / f"{os.getpid()}-{trial.id[:16]}"
 
-    def accept(self, trial: PlannedTrial, work: Path, failure: Failure | None) -> dict[str, Any]:
+    def accept(self, trial: PlannedTrial, work: Path, failure: Failure | None) -> TrialResult:
         """Take over what was played in a work directory, which is removed; its result.
 
         `failure` says why the process gave no answer, if it gave none.
@@ -200,7 +196,7 @@ class Store:
             shutil.rmtree(place)
         os.replace(done, place)
         shutil.rmtree(work, ignore_errors=True)
-        return json.loads(read_text(place / "result.json"))
+        return read_result(place / "result.json")
 
     def _as_errored(self, trial: PlannedTrial, work: Path, failure: Failure) -> Path:
         """What a process left behind when it ended, made a trial that says so."""
@@ -213,6 +209,12 @@ class Store:
         output = work / OUTPUT
         said = output.read_text(encoding="utf-8", errors="replace")[-MAX_SAID:] if output.is_file() else ""
         (left / "error.txt").write_text(f"{failure.kind}: {failure.text}\n\n{said}", encoding="utf-8")
-        result = {"status": "errored", "cause": failure.kind.value, "error": failure.text}
-        write_json(left / "result.json", {"format": RESULT_FORMAT, **result, "versions": versions()})
+        result = TrialResult(
+            format=RESULT_FORMAT,
+            status="errored",
+            cause=failure.kind.value,
+            error=failure.text,
+            versions=versions(),
+        )
+        write_json(left / "result.json", result.plain)
         return left

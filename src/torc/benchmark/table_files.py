@@ -1,4 +1,4 @@
-"""The table of a benchmark in two files: CSV, which is read again, and Parquet where DuckDB is installed.
+"""The table of a benchmark in two files: CSV, which is read again, and Parquet where pyarrow is installed.
 
 They are small enough to keep where the trials are not, with all that a report counts.
 """
@@ -15,7 +15,7 @@ from pydantic import AfterValidator, TypeAdapter
 
 from torc.benchmark.rows import PickRow, Table, TrialRow, participant_by_name
 from torc.errors import InputError
-from torc.files.reading import read_plain_text
+from torc.io.reading import read_plain_text
 from torc.records import PickResult
 
 TRIALS_FILE, PICKS_FILE = "trials.csv", "picks.csv"
@@ -54,7 +54,7 @@ def pick_records(table: Table) -> list[dict[str, Any]]:
 
 
 def write_tables(table: Table, directory: Path) -> None:
-    """trials.csv and picks.csv, and the same as Parquet where DuckDB is there."""
+    """trials.csv and picks.csv, and both as Parquet where pyarrow is installed."""
     for name, records in ((TRIALS_FILE, trial_records(table)), (PICKS_FILE, pick_records(table))):
         if not records:
             continue
@@ -64,11 +64,10 @@ def write_tables(table: Table, directory: Path) -> None:
             writer.writeheader()
             writer.writerows(records)
         with suppress(ImportError):
-            import duckdb
+            import pyarrow as pa
+            from pyarrow import parquet
 
-            with duckdb.connect() as connection:
-                rows = connection.read_csv(str(path), sample_size=-1, all_varchar=False)
-                rows.write_parquet(str(path.with_suffix(".parquet")))
+            parquet.write_table(pa.Table.from_pylist(records), path.with_suffix(".parquet"))
 
 
 def read_rows(directory: Path) -> list[TrialRow]:

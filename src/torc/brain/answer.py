@@ -1,6 +1,6 @@
 """What is decided for a frame, and what it rests on."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
@@ -8,13 +8,12 @@ from types import MappingProxyType
 from typing import Any
 
 from torc.brain.candidates import GRASP_FRAME, Grasp, blockers_of, status_counts, valid_grasps
-from torc.perception.marking import mark_image
+from torc.drawing.belief_picture import draw_belief
+from torc.drawing.graph_picture import draw_decision
+from torc.drawing.marking import mark_image
+from torc.io.pictures import write_png
 from torc.pipeline.look import Look
-from torc.records import Decision
-from torc.records.files import write_png
-from torc.records.serialization import to_plain
-from torc.task_planning.belief.picture import draw_belief
-from torc.task_planning.drawing import draw_decision
+from torc.records import TARGET_ID, Decision, Evidence
 
 HIDDEN = "hidden"
 """The label of a target that no frame has shown."""
@@ -94,11 +93,9 @@ class Answer:
         Only `id`, beside each object's label, is torc's own number of it: what a VLM is shown and answers
         (`exchanges`), and what a planner of somebody's may speak of.
         """
-        decision = to_plain(self.decision)
+        decision = self.decision.to_plain()
         del decision["object_id"]
-        if not decision["is_target"]:  # says only that the planner knew better than perception
-            del decision["is_target"]
-        decision["evidence"] = evidence_in_labels(decision["evidence"], self.labels)
+        decision["evidence"] = evidence_in_labels(self.decision.evidence, self.labels)
         return {
             "label": self.label,
             "grasps": [grasp.to_dict() for grasp in self.grasps],
@@ -146,39 +143,33 @@ class Answer:
         }
 
 
-def evidence_in_labels(evidence: Mapping[str, Any], labels: Mapping[int, int]) -> dict[str, Any]:
-    """What a planner leaves as evidence, with the frame's labels for torc's ids; ids that are text, as keys in JSON,
-    stay text. Translated are the entries that torc's planners share; what else a user's planner leaves passes as it is.
+def evidence_in_labels(evidence: Evidence, labels: Mapping[int, int]) -> dict[str, Any]:
+    """The evidence of a decision as JSON-compatible data, with the frame's labels in place of object ids.
+
+    Notes of a planner pass unchanged.
     """
 
-    def label(value: Any) -> Any:
-        number = int(value)
-        found = labels.get(number, HIDDEN if number == 0 else number)
-        return str(found) if isinstance(value, str) else found
+    def label(object_id: int) -> int | str:
+        return labels.get(object_id, HIDDEN if object_id == TARGET_ID else object_id)
 
-    def keys(values: Mapping[Any, Any]) -> dict[Any, Any]:
-        return {label(k): v for k, v in values.items()}
+    def by_label(values: Mapping[int, float]) -> dict[str, float]:
+        return {str(label(k)): v for k, v in values.items()}
 
-    def graph(data: Mapping[str, Any]) -> dict[str, Any]:
-        nodes = [{**n, "id": label(n["id"])} for n in data["nodes"]]
-        edges = [{**e, "source": label(e["source"]), "target": label(e["target"])} for e in data["edges"]]
-        return {**data, "target": label(data["target"]), "nodes": nodes, "edges": edges}
-
-    def belief(data: Mapping[str, Any]) -> dict[str, Any]:
-        by_id = {key: keys(data[key]) for key in ("reveals", "behind", "hidden_by", "prices") if key in data}
-        return {**data, **by_id, "order": [label(k) for k in data["order"]]}
-
-    translations: dict[str, Callable[[Any], Any]] = {
-        "graph": graph,
-        "belief": belief,
-        "probabilities": keys,
-        "certainty": lambda values: {**values, "upper": keys(values["upper"])},
-        "graspable": lambda ids: [label(k) for k in ids],
-    }
-    told = dict(evidence)
-    for key in told.keys() & translations.keys():
-        try:
-            told[key] = translations[key](told[key])
-        except (AttributeError, KeyError, TypeError, ValueError):  # a user's own data under the same name
-            continue
-    return told
+    plain = evidence.to_plain()
+    if evidence.graph is not None:
+        graph = plain["graph"]
+        graph["target"] = label(graph["target"])
+        for node in graph["nodes"]:
+            node["id"] = label(node["id"])
+        for edge in graph["edges"]:
+            edge |= {"source": label(edge["source"]), "target": label(edge["target"])}
+    if evidence.probabilities:
+        plain["probabilities"] = by_label(evidence.probabilities)
+    if evidence.certainty is not None:
+        plain["certainty"]["upper"] = by_label(evidence.certainty.upper)
+    if (belief := evidence.belief) is not None:
+        plain["belief"]["order"] = [label(k) for k in belief.order]
+        for name in ("reveals", "behind", "hidden_by", "prices", "suspects"):
+            if getattr(belief, name):
+                plain["belief"][name] = by_label(getattr(belief, name))
+    return plain

@@ -6,27 +6,28 @@ import numpy as np
 
 from torc.brain.answer import Answer, Sought
 from torc.brain.sizes import size_doubts
+from torc.drawing.label_places import mask_anchor
 from torc.errors import InputError
-from torc.perception.label_places import mask_anchor
 from torc.perception.protocol import Depth, Perception, Wanted
 from torc.perception.segmentation import PerceptionConfig
 from torc.pipeline.building import build_pipeline
 from torc.pipeline.frames import Frame
 from torc.pipeline.look import Pipeline
+from torc.pipeline.planners import make_planner
 from torc.pipeline.state import EpisodeState, stage_rng
-from torc.pipeline.warm_up import rehearse_look
+from torc.pipeline.warm_up import announced_compilation, rehearse_look
 from torc.records import Observation, OcclusionVolume, SegmentedScene
+from torc.registry.kinds import DEPTHS, PERCEPTIONS
 from torc.robots.description import RobotDescription
 from torc.robots.loading import load_robot
 from torc.robots.names import DEFAULT_ROBOT
 from torc.specs.conditions import PipelineSpec
-from torc.task_planning.asking import ask_planner, rehearse_planner
+from torc.task_planning.checked_decisions import ask_planner, rehearse_planner
 from torc.task_planning.protocol import TaskPlanner
-from torc.task_planning.registry import make_planner
 from torc.vlm.find_target import TargetByText
 from torc.vlm.protocol import VlmClient
 from torc.workspace.description import Box, Workspace
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 # Frames come from any distance: what perception takes for a reading, the volume does too.
 _ANY_DISTANCE_M = PerceptionConfig().max_depth_m
@@ -46,7 +47,7 @@ def decide_frame(
     wanted: Wanted | None = None,
     finder: VlmClient | None = None,
 ) -> Answer:
-    """Which object to pick next in a frame.
+    """Decide which object to pick next in a frame. The first call compiles kernels, and says so on stderr.
 
     Args:
         planner: task planner; DG-SELECT by default.
@@ -66,23 +67,19 @@ def decide_frame(
     planner = planner or make_planner("dg-select")
     pipeline = _pipeline(frame, robot, stages)
     # What perception finds by itself has numbers of its own.
-    given = frame.labels if getattr(pipeline.perception, "needs_labels", False) else {}
+    given = frame.labels if PERCEPTIONS.traits(pipeline.perception).needs_labels else {}
     stages, wanted = stages or PipelineSpec(), wanted or Wanted(frame.target_description)
     marked = wanted if given else _marked(frame, wanted)
     sought = Sought.LABEL if given else _sought(marked, pipeline.perception, finder)
     if finder is not None:
         pipeline = replace(pipeline, perception=TargetByText(pipeline.perception, finder))
-    look = pipeline.look(
-        frame.observation,
-        None if volume is None else EpisodeState(volume),
-        wanted=marked,
-        seed=seed,
-        labels=given,
-    )
-    scene = look.context.scene
-    if not given:
-        _check_found(scene, wanted)
-    decision = ask_planner(planner, look.context, stage_rng(seed, 0, "decide"))
+    before = None if volume is None else EpisodeState(volume)
+    with announced_compilation():
+        look = pipeline.look(frame.observation, before, wanted=marked, seed=seed, labels=given)
+        scene = look.context.scene
+        if not given:
+            _check_found(scene, wanted)
+        decision = ask_planner(planner, look.context, stage_rng(seed, 0, "decide"))
     if decision.object_id is not None and decision.object_id not in look.context.scene.ids:
         raise InputError(
             f"Task planner '{planner.name}' named object {decision.object_id}, which is not in sight."
@@ -114,7 +111,7 @@ def _sought(wanted: Wanted, perception: Perception, finder: VlmClient | None) ->
         return Sought.MARK
     if wanted.pictures:
         return Sought.PICTURES
-    words = finder is not None or getattr(perception, "reads_words", False)
+    words = finder is not None or PERCEPTIONS.traits(perception).reads_words
     return Sought.WORDS if wanted.description and words else Sought.NOTHING
 
 
@@ -172,7 +169,7 @@ def _pipeline(frame: Frame, robot: RobotDescription | str | None, stages: Pipeli
 
 def refuse_made_up(stages: PipelineSpec, depth: Depth) -> None:
     """Raises InputError for a depth stage that adds the errors of a camera, which real pictures have already."""
-    if getattr(depth, "simulated_only", False):
+    if DEPTHS.traits(depth).simulated_only:
         raise InputError(
             f"--depth {stages.depth} adds a camera's errors to the exact depth of a simulation. A real picture has "
             "them already: leave --depth out."

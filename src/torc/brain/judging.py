@@ -8,7 +8,7 @@ from jaxtyping import Int16
 from torc.brain.deciding import workspace_of
 from torc.brain.seeing import measured
 from torc.errors import InputError
-from torc.perception.asking import ask_perception
+from torc.perception.checked_scenes import ask_perception
 from torc.perception.protocol import Wanted
 from torc.perception.scoring import MaskScore, score_masks
 from torc.pipeline.building import make_stage
@@ -16,6 +16,8 @@ from torc.pipeline.frames import frame_of
 from torc.pipeline.frames.annotated import AnnotatedPicture
 from torc.pipeline.frames.level import level_pose
 from torc.records import BACKGROUND
+from torc.registry.context import BuildContext
+from torc.registry.kinds import PERCEPTIONS
 from torc.specs.conditions import PipelineSpec
 
 
@@ -34,9 +36,9 @@ def judge(picture: AnnotatedPicture, stages: PipelineSpec) -> Judged:
     observation = measured(picture.observation, stages)
     if not picture.posed:
         observation = replace(observation, T_world_camera=level_pose(observation), pose_estimated=True)
-    workspace = workspace_of(frame_of(observation, picture.name))
-    perception = make_stage(stages, "perception", rough=True, workspace=workspace)
-    if getattr(perception, "needs_labels", False):
+    context = BuildContext(workspace=workspace_of(frame_of(observation, picture.name)))
+    perception = make_stage(stages, "perception", context, rough=True)
+    if PERCEPTIONS.traits(perception).needs_labels:
         raise InputError(
             f"--perception {stages.perception} is given the masks: there is nothing to evaluate."
         )

@@ -6,12 +6,13 @@ import numpy as np
 
 from torc.brain.deciding import eyes_of, refuse_made_up, workspace_of
 from torc.errors import InputError
-from torc.perception.asking import ask_depth, ask_perception
+from torc.perception.checked_scenes import ask_depth, ask_perception
 from torc.perception.protocol import Wanted
 from torc.pipeline.building import check_settings, make_stage
 from torc.pipeline.frames import frame_of
-from torc.pipeline.frames.checks import clean_depth
+from torc.pipeline.frames.plausibility import clean_depth
 from torc.records import Observation, SegmentedScene
+from torc.registry.context import BuildContext
 from torc.specs.conditions import PipelineSpec
 
 
@@ -86,9 +87,6 @@ def see(observation: Observation, stages: PipelineSpec) -> Sight:
         frame = frame_of(observation)
     except InputError as error:
         return Sight(observation, None, None, str(error))
-    part = make_stage(
-        replace(stages, perception=eyes), "perception", rough=True, workspace=workspace_of(frame)
-    )
-    blind = not getattr(part, "needs_labels", False)
-    shown = replace(observation, label_image=None) if blind else observation
-    return Sight(observation, ask_perception(part, shown, Wanted(""), None), frame.support_z_m)
+    context = BuildContext(workspace=workspace_of(frame))
+    part = make_stage(replace(stages, perception=eyes), "perception", context, rough=True)
+    return Sight(observation, ask_perception(part, observation, Wanted(""), None), frame.support_z_m)

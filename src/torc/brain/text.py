@@ -4,9 +4,7 @@ import textwrap
 
 from torc.brain.answer import Answer, Sought
 from torc.brain.candidates import STATUS_WORDS, blockers_of, status_counts
-from torc.errors import InputError
 from torc.records import TARGET_ID, GraspStatus
-from torc.task_planning.drawing import by_id
 
 _WIDTH = 80
 _DOUBTFUL = 0.6
@@ -115,10 +113,7 @@ def _table(answer: Answer) -> list[str]:
     """A row per object in sight, the chosen one marked; the last column is wrapped. A legend below."""
     context, ids = answer.look.context, answer.ids
     valid = dict(zip(context.report.object_ids, context.report.valid_total.tolist()))
-    try:
-        p = by_id(answer.decision.evidence.get("probabilities"))
-    except InputError:  # none that can be read
-        p = {}
+    p = answer.decision.evidence.probabilities
     columns = [["object", *(str(answer.labels[k]) for k in ids)]]
     if answer.names:
         columns.append(["name", *(answer.names.get(k, "-") for k in ids)])

@@ -3,11 +3,12 @@
 import re
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import ClassVar, Literal
+from typing import Literal
 
 from torc.errors import CameraError, InputError
 from torc.pipeline.frames import load_observation
 from torc.records import Observation
+from torc.registry.kinds import CameraTraits
 
 
 @dataclass(frozen=True)
@@ -24,13 +25,12 @@ class RecordedConfig:
     at_end: Literal["stay", "raise"] = "stay"
 
 
-class RecordedCamera:
+class RecordedCamera(CameraTraits):
     """Gives one frame after another, with the pose that is stored in each, or estimated where there is none. Masks of
     a frame are in its `label_image`.
     """
 
-    real: ClassVar[bool] = True
-    """It does not look through the simulation."""
+    real = True
 
     def __init__(self, config: RecordedConfig | None = None) -> None:
         self.config = RecordedConfig() if config is None else config

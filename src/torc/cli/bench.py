@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from torc.benchmark.local_pool import Backend
     from torc.benchmark.spec import BenchPlanner, BenchSpec, PlannedTrial
     from torc.benchmark.store import Store
+    from torc.episode.log import TrialResult
     from torc.problems.problem import Problem
 
 
@@ -184,8 +185,8 @@ class BenchCommand:
         with self._backend(spec, problems, todo) as (backend, facts), shown(todo) as show:
             begin_call(store.root, **facts, **({"shard": self.shard} if self.shard else {}))
 
-            def listen(trial: PlannedTrial, result: dict[str, Any]) -> None:
-                completed.append(result.get("status") == "completed")
+            def listen(trial: PlannedTrial, result: TrialResult) -> None:
+                completed.append(result.completed)
                 show(trial, result)
 
             try:

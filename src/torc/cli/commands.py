@@ -1,23 +1,21 @@
 """Commands by name: a table of names, found before anything of the command itself is parsed or imported."""
 
-import inspect
 import re
 import shutil
 import sys
 import textwrap
-from collections.abc import Mapping, Sequence
-from dataclasses import MISSING, dataclass, fields, replace
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
+from inspect import cleandoc
 from itertools import groupby
-from typing import Any, Protocol, cast
-
-import tyro
+from pkgutil import resolve_name
+from typing import Any, Protocol, cast, get_type_hints
 
 from torc.errors import InputError, UnknownNameError
-from torc.specs.settings import under
+from torc.registry.settings import under
 from torc.specs.variants import plain_value
 
 _HELP = ("-h", "--help")
-_CONFIG = (tyro.conf.OmitSubcommandPrefixes, tyro.conf.OmitArgPrefixes, tyro.conf.FlagCreatePairsOff)
 _SETTING = re.compile(r"--([a-z]+)\.([A-Za-z][\w.-]*)(?:=(.*))?", re.DOTALL)
 _WIDEST = 100
 
@@ -32,13 +30,23 @@ class Runnable(Protocol):
 
 @dataclass(frozen=True)
 class Group:
-    """Several commands under one name: a line and a class or further group for each; `about` stands above their list,
-    `more` below it.
+    """Several commands under one name.
+
+    Attributes:
+        about: stands above their list.
+        commands: by name a line of help, and a class, a further group, or "module:NAME" of either, which is imported
+            only when the command is used.
+        more: stands below the list.
     """
 
     about: str
     commands: Mapping[str, "Entry"]
     more: str = ""
+
+    def command(self, name: str) -> "type[Any] | Group":
+        """Return the class or group of a command. Raises KeyError."""
+        _, command = self.commands[name]
+        return resolve_name(command) if isinstance(command, str) else command
 
     def help(self, prog: str) -> str:
         """A line per command."""
@@ -50,8 +58,8 @@ class Group:
         )
 
 
-Entry = tuple[str, type[Any] | Group]
-"""One line of help and the command, or the group of commands. An entry point of the group `torc.commands` names one."""
+Entry = tuple[str, type[Any] | Group | str]
+"""A command's line of help, and the command. An entry point of the group `torc.commands` names one."""
 
 
 def parse_command(command: "type[Any] | Group", prog: str, arguments: Sequence[str]) -> Runnable:
@@ -67,25 +75,65 @@ def parse_command(command: "type[Any] | Group", prog: str, arguments: Sequence[s
         name, *rest = arguments
         if name not in command.commands:
             raise UnknownNameError(f"{prog} command", name, [*command.commands])
-        return parse_command(command.commands[name][1], f"{prog} {name}", rest)
+        return parse_command(command.command(name), f"{prog} {name}", rest)
+    import tyro
+
     if any(a in _HELP for a in arguments):
-        print(filled(inspect.cleandoc(command.__doc__ or "")))
+        print(filled(cleandoc(command.__doc__ or "")))
     default = {}
     if hasattr(command, "prepared"):
         given, arguments = command.prepared(arguments)
         required = (f.name for f in fields(command) if f.default is MISSING and f.default_factory is MISSING)
         default = {"default": command(**dict.fromkeys(required, tyro.MISSING), **given)}
     plain, settings = _split_settings(arguments)
-    parsed = tyro.cli(command, prog=prog, description="", args=plain, config=_CONFIG, **default)
+    shown = (tyro.conf.OmitSubcommandPrefixes, tyro.conf.OmitArgPrefixes, tyro.conf.FlagCreatePairsOff)
+    try:
+        parsed = tyro.cli(command, prog=prog, description="", args=plain, config=shown, **default)
+    except SystemExit:
+        if any(a in _HELP for a in arguments):
+            print("\n".join(_choices(_options(command))))
+        raise
     if getattr(parsed, "seed", 0) < 0:
         raise InputError("--seed must be at least 0.")
     return cast(Runnable, _with_settings(parsed, settings))
 
 
+def _options(command: type[Any]) -> set[str]:
+    """The names of a command's options, those of its parts included."""
+    found = set()
+    for name, kind in get_type_hints(command).items():
+        found |= _options(kind) if is_dataclass(kind) and isinstance(kind, type) else {name}
+    return found
+
+
+def _choices(options: Collection[str]) -> Iterator[str]:
+    """The parts that a command's options can name, with a line of help each."""
+    from torc.registry.kinds import KINDS
+    from torc.registry.loading import part_lines
+
+    for kind in KINDS:
+        places = [f"--{name}" for name in (kind.option, f"{kind.option}s") if name in options]
+        if kind.in_file:
+            places = [f"`driver` of `{kind.option}` in the lab file"] if "lab" in options else []
+        for place in places:
+            lines = part_lines(kind)
+            width = max(map(len, lines), default=0)
+            yield _wrapped(f"{place}: one of these, or your own as module:Class or path/to/file.py:Class")
+            yield from (_wrapped(line, f"  {name:<{width}}  ") for name, line in lines.items())
+
+
+def _wrapped(text: str, before: str = "") -> str:
+    """A text at the terminal's width, its lines below each other behind what stands before it."""
+    return textwrap.fill(text, _width(), initial_indent=before, subsequent_indent=" " * max(len(before), 2))
+
+
+def _width() -> int:
+    return min(shutil.get_terminal_size().columns, _WIDEST)
+
+
 def filled(text: str) -> str:
     """A text at the terminal's width: paragraphs filled, indented lines as they are."""
-    width = min(shutil.get_terminal_size().columns, _WIDEST)
-    wrap = textwrap.TextWrapper(width, break_long_words=False, break_on_hyphens=False)
+    wrap = textwrap.TextWrapper(_width(), break_long_words=False, break_on_hyphens=False)
     lines: list[str] = []
     for block in text.split("\n\n"):
         for indented, group in groupby(block.split("\n"), lambda line: line.startswith(" ")):
@@ -97,6 +145,9 @@ def filled(text: str) -> str:
 
 def _split_settings(arguments: Sequence[str]) -> tuple[list[str], dict[str, Any]]:
     """The other arguments, and the settings by dotted path. Raises InputError for one without a value."""
+    if not any(a.startswith("--") and "." in a for a in arguments):
+        return list(arguments), {}
+
     rest, settings = [], {}
     waiting = iter(arguments)
     for argument in waiting:
@@ -114,6 +165,9 @@ def _split_settings(arguments: Sequence[str]) -> tuple[list[str], dict[str, Any]
 
 def _with_settings(command: Any, settings: Mapping[str, Any]) -> Any:
     """A command with these settings in its conditions. Raises InputError for settings that it does not take."""
+    if not settings:
+        return command
+
     if of_planner := under(settings, "planner"):
         if not hasattr(command, "planner_settings"):
             raise InputError(

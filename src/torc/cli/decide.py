@@ -52,8 +52,7 @@ class DecideCommand:
     frame: tyro.conf.Positional[Path]
     """The frame: .npz file or directory."""
     planner: str = "dg-select"
-    """Task planner: dg-select, belief, learned, random, vlm-select, vlm-grasps, vlm-fixes-dg (these three ask --vlm),
-    or your own as module:Class or path/to/file.py:Class."""
+    """Task planner."""
     robot: str = "none"
     """Robot whose reach counts: none (only the gripper is checked), sda10f_2f85, ur5e_2f85, panda_hand, or a robot
     description file. With a robot the world is its base frame."""
@@ -78,31 +77,36 @@ class DecideCommand:
     def run(self) -> int:
         """Print the decision; the exit code is 3 if there is nothing to pick."""
         from torc.brain import answer_text, decide_frame, load_frame, rehearse
-        from torc.episode.planners import refuse_simulated
         from torc.errors import InputError
+        from torc.io.results import write_json
+        from torc.pipeline.planners import (
+            asking_planners,
+            asks_model,
+            load_planner,
+            make_spec_planner,
+            open_client,
+            refuse_simulated,
+        )
         from torc.pipeline.warm_up import announced_compilation
-        from torc.records.files import write_json
-        from torc.stages import ASKING
-        from torc.task_planning.registry import load_planner_class, make_planner
-        from torc.vlm.opening import open_client, planner_options
+        from torc.specs.trial import PlannerSpec
 
         refuse_simulated(self.planner)
         frame = load_frame(self.frame)
-        maker, model = load_planner_class(self.planner), self.vlm.config()
+        model = self.vlm.config()
         wanted = self._wanted(frame)
         masked = frame.observation.label_image is not None
         # With a planner that asks no model, the model of a frame without masks looks for the target.
         looks_for_target = model is not None and not masked and not (wanted.mark or wanted.pictures)
         finder = open_client(model, self.vlm.cache()) if model is not None and looks_for_target else None
-        asks = self.planner in ASKING or not looks_for_target
+        asks = asks_model(load_planner(self.planner)) or not looks_for_target
         if model is not None and model.words and not asks:
             raise InputError(
                 "The model only looks for the target here, which it does by pictures and a prompt of torc's own: leave "
                 "out --vlm-marks, --vlm-plain, --vlm-crop, --vlm-longest-side and --vlm-prompt, or name a planner that "
-                f"asks a model ({', '.join(ASKING)})."
+                f"asks a model ({', '.join(asking_planners())})."
             )
-        options = planner_options(self.planner, maker, model if asks else None, self.vlm.cache())
-        planner = make_planner(self.planner, **options)
+        spec = PlannerSpec(self.planner, model if asks else None)
+        planner = make_spec_planner(spec, self.vlm.cache(), None)
         robot = None if self.robot == "none" else self.robot
         with announced_compilation(tell):
             rehearse(frame, planner, robot=robot, stages=self.stages)

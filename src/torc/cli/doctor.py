@@ -7,6 +7,7 @@ import shutil
 import sys
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
+from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated
@@ -25,7 +26,7 @@ _EXTRAS = {
     "gym": ("gymnasium", "the Gymnasium environment torc/Retrieval-v0"),
     "export": ("pyarrow", "torc export --format lerobot"),
     "ray": ("ray", "torc bench --ray, on many machines"),
-    "report": ("matplotlib", "the figures of torc report"),
+    "report": ("matplotlib", "the figures of torc report, and its tables as Parquet"),
     "lab": ("torc_lab", "real robots: torc lab, torc retrieve, torc camera"),
     "realsense": ("pyrealsense2", "RealSense cameras"),
     "next-object": ("torc_next_object", "torc vlm-eval, and the data set torc-next-object"),
@@ -97,6 +98,7 @@ def _checks() -> Iterator[Check]:
     yield Check("cache", os.access(probe, os.W_OK), str(path), remedy)
     for extra, (module, use) in _EXTRAS.items():
         yield Check(f"extra '{extra}'", find_spec(module) is not None, f"for {use}", extra_remedy(extra))
+    yield from _two_mujocos()
     if _foreign_pyzed():
         detail = "the installed package pyzed is not the ZED SDK's: another project has that name on PyPI"
         yield Check(
@@ -124,6 +126,18 @@ def _set_for_gl() -> str:
     """What the environment sets for OpenGL, for messages."""
     names = ("MUJOCO_GL", "PYOPENGL_PLATFORM")
     return " and ".join(f"{name}={os.environ[name]}" for name in names if name in os.environ)
+
+
+def _two_mujocos() -> Iterator[Check]:
+    """A note if both packages that own the folder mujoco/ are installed."""
+    if _installed("mujoco") and _installed("mujoco-core"):
+        detail = "mujoco and mujoco-core are both installed, and each overwrites files of the other"
+        remedy = "pip uninstall mujoco mujoco-core; pip install mujoco-core"
+        yield Check("mujoco", False, detail, remedy)
+
+
+def _installed(package: str) -> bool:
+    return bool(list(metadata.distributions(name=package)))
 
 
 def _foreign_pyzed() -> bool:

@@ -8,8 +8,8 @@ from typing import Any
 from pydantic import BaseModel, Field, ValidationError
 
 from torc.errors import InputError
-from torc.files.reading import read_text
-from torc.files.strict_yaml import explain_faults, parse_plain_yaml
+from torc.io.reading import read_text
+from torc.io.strict_yaml import explain_faults, parse_plain_yaml
 from torc.specs.conditions import Conditions
 
 _MAX_BYTES = 100_000

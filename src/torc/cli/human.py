@@ -106,5 +106,5 @@ class HumanCommand:
                 overwrite=True,
                 say=lambda text: session.publish(message=text),
             )
-        print(f"{out.name}: {trial.result['status']}, {trial.result.get('end', '')}", flush=True)
+        print(f"{out.name}: {trial.result.status}, {trial.result.end or ''}", flush=True)
         return trial

@@ -1,6 +1,6 @@
 """Entry point of the `torc` command: parses, runs, and turns errors into one clear line and an exit code.
 
-Imports of the working parts stay inside the commands, so that `torc --help` answers at once.
+A command is imported when it is used, and the working parts within it, so that `torc --help` answers at once.
 """
 
 import io
@@ -11,42 +11,29 @@ from dataclasses import replace
 from typing import Any, cast
 
 import torc
-from torc.cli.bench import BenchCommand
 from torc.cli.commands import Entry, Group, Runnable, parse_command
-from torc.cli.decide import DecideCommand
-from torc.cli.doctor import DoctorCommand
-from torc.cli.export import ExportCommand
-from torc.cli.human import HumanCommand
-from torc.cli.objects import OBJECTS
-from torc.cli.perception import PERCEPTION
 from torc.cli.printing import tell
-from torc.cli.problems import PROBLEMS
-from torc.cli.report import ReportCommand
-from torc.cli.robots import ROBOTS
-from torc.cli.run import RunCommand
-from torc.cli.settings import SettingsCommand
-from torc.cli.view import ViewCommand
 from torc.errors import InputError, TorcError
 from torc.interrupts import ended_like_ctrl_c
-from torc.plugins import registered
 from torc.satellites import SATELLITES, not_installed, satellite_of_command
 
 TORC = Group(
     "Find and retrieve one object from clutter, one pick after another.",
     {
-        "run": ("one retrieval in simulation, with pictures", RunCommand),
-        "bench": ("task planners against each other on many problems", BenchCommand),
-        "report": ("which of them is best: a page, figures, tables", ReportCommand),
-        "human": ("choose the objects yourself, in a browser", HumanCommand),
-        "view": ("look at recorded trials, pick by pick, in a browser", ViewCommand),
-        "export": ("recorded trials as data to train on", ExportCommand),
-        "decide": ("only the decision, for your own camera's frame", DecideCommand),
-        "perception": ("how well objects are found in pictures", PERCEPTION),
-        "problems": ("problems to play: list, make, check, solve them", PROBLEMS),
-        "objects": ("what can lie on the table; import adds your meshes", OBJECTS),
-        "robots": ("robots: list them, try one of your own", ROBOTS),
-        "settings": ("what can be set in each stage", SettingsCommand),
-        "doctor": ("what is missing on this machine, and how to get it", DoctorCommand),
+        "run": ("one retrieval in simulation, with pictures", "torc.cli.run:RunCommand"),
+        "bench": ("task planners against each other on many problems", "torc.cli.bench:BenchCommand"),
+        "report": ("which of them is best: a page, figures, tables", "torc.cli.report:ReportCommand"),
+        "human": ("choose the objects yourself, in a browser", "torc.cli.human:HumanCommand"),
+        "view": ("look at recorded trials, pick by pick, in a browser", "torc.cli.view:ViewCommand"),
+        "export": ("recorded trials as data to train on", "torc.cli.export:ExportCommand"),
+        "decide": ("only the decision, for your own camera's frame", "torc.cli.decide:DecideCommand"),
+        "perception": ("how well objects are found in pictures", "torc.cli.perception:PERCEPTION"),
+        "problems": ("problems to play: list, make, check, solve them", "torc.cli.problems:PROBLEMS"),
+        "objects": ("what can lie on the table; import adds your meshes", "torc.cli.objects:OBJECTS"),
+        "robots": ("robots: list them, try one of your own", "torc.cli.robots:ROBOTS"),
+        "warm-up": ("compile all kernels once, so that no later run waits", "torc.cli.warm_up:WarmUpCommand"),
+        "settings": ("what can be set in each stage", "torc.cli.settings:SettingsCommand"),
+        "doctor": ("what is missing on this machine, and how to get it", "torc.cli.doctor:DoctorCommand"),
     },
     "Begin with `torc run`. `torc --version` says which version this is.",
 )
@@ -83,10 +70,15 @@ def parse(arguments: Sequence[str]) -> Runnable:
     name = arguments[0] if arguments else ""
     if name in TORC.commands:
         return parse_command(TORC, "torc", arguments)
-    # To ask all installed packages takes 15 ms, which commands of torc itself need not wait for.
+    # Asking all installed packages takes 15 ms, which commands of torc itself need not wait for.
+    from torc.registry.loading import load_object, registered
+
     added = registered(COMMANDS)
     if name in added:
-        return parse_command(Group("", {name: _entry(name, added[name])}), "torc", arguments)
+        line, command = _entry(name, added[name])
+        if isinstance(command, str):
+            command = load_object(f"The command '{name}'", command)
+        return parse_command(Group("", {name: (line, command)}), "torc", arguments)
     if owner := satellite_of_command(name):
         raise not_installed(f"`torc {name}`", owner)
     return parse_command(_with_added(added), "torc", arguments)
@@ -95,7 +87,7 @@ def parse(arguments: Sequence[str]) -> Runnable:
 def _entry(name: str, load: Callable[[], Any]) -> Entry:
     """Load a command that a package registered. Raises InputError."""
     entry = load()
-    if isinstance(entry, tuple) and len(entry) == 2 and isinstance(entry[1], type | Group):
+    if isinstance(entry, tuple) and len(entry) == 2 and isinstance(entry[1], type | Group | str):
         return cast(Entry, entry)
     raise InputError(
         f"The command '{name}' must be registered as a pair: its line of help, and a class or a Group."
@@ -103,7 +95,7 @@ def _entry(name: str, load: Callable[[], Any]) -> Entry:
 
 
 def _with_added(added: Mapping[str, Callable[[], Any]]) -> Group:
-    """The table with the commands of installed packages, for help; and in a line, those that could be installed."""
+    """Return the table with the commands of installed packages, and a line on those that could be installed."""
     entries: dict[str, Entry] = {}
     for name, load in added.items():
         if name in TORC.commands:

@@ -109,8 +109,8 @@ OBJECTS = Group(
 
 
 def _facts(name: str) -> dict[str, Any]:
-    from torc.objects.files import load_source
     from torc.objects.library import find_stored, graspable, load_object, object_facts
+    from torc.objects.object_files import load_source
 
     model, own = load_object(name), not object_facts(name).builtin
     plain = {

@@ -75,9 +75,9 @@ class EvaluateCommand:
         """scores.csv and worst.png."""
         import csv
 
-        from torc.perception.comparison import mask_comparison
+        from torc.drawing.mask_comparison import mask_comparison
+        from torc.io.pictures import write_png
         from torc.perception.scoring import MaskScore
-        from torc.records.files import write_png
 
         assert self.out is not None
         self.out.mkdir(parents=True, exist_ok=True)

@@ -52,13 +52,8 @@ class GenerateCommand:
     hidden: Literal["any", "visible", "partly", "hidden"] = "any"
     """How much of the target is in sight at first: visible (75 % or more), partly, hidden (too little for perception to
     find it), or any (prefers targets that are not visible)."""
-    family: Literal[
-        "usual", "absent", "absent-twin", "look-alikes", "ungraspable", "large", "fragile", "cupboard"
-    ] = "usual"
-    """Family of harder problems (docs/generation.md): absent (the target is not there), absent-twin (the same scenes
-    with it), look-alikes (with copies that lack the target's mark), ungraspable (what is in the way cannot be grasped),
-    large (buried in a pile; 30-40 objects if --objects is not given), fragile (towers and leaning things before it),
-    cupboard (sorted by kind, the target behind others of its sort)."""
+    family: str = "usual"
+    """Family of harder problems (docs/problems.md), or your own as module:Class or path/to/file.py:Class."""
     held_out: Literal["any", "only", "none"] = "any"
     """Whether to use the object kinds that the grasp score was not trained on."""
     kinds: Annotated[str, tyro.conf.arg(metavar="KIND,...")] = ""
@@ -72,7 +67,7 @@ class GenerateCommand:
     (docs/robots.md)."""
     workspace: str = DEFAULT_WORKSPACE
     """Table, bin, camera and walls: paper, deep-box (a box on the table, for piles), deep-shelf (a shelf with a roof;
-    --structured), or a workspace file of your own (docs/workspaces.md)."""
+    --structured), or a workspace file of your own (docs/robots.md)."""
     attempts: int = 60
     """Scenes tried for each problem before it is given up."""
     out: Annotated[Path, tyro.conf.arg(metavar="DIR")] = Path("problems")
@@ -143,16 +138,17 @@ class GenerateCommand:
         return 1 if failed else 0
 
     def _jobs(self) -> list["Job"]:
-        from torc.generation.config import RULES, Family, GenerationConfig
+        from torc.generation.config import GenerationConfig
+        from torc.generation.families import scene_family
         from torc.generation.generator import Job
         from torc.generation.sampling import allowed_models
         from torc.problems.schema import Category
 
         if self.count < 1 or self.workers < 1:
             raise InputError("--count and --workers must be at least 1.")
-        family = Family("" if self.family == "usual" else self.family)
-        only = RULES[family].category
-        wanted = self.objects.strip() or ("30-40" if family is Family.LARGE else "8-20")
+        family = "" if self.family == "usual" else self.family
+        only = scene_family(family).category
+        wanted = self.objects.strip() or scene_family(family).objects
         found = re.fullmatch(r"(\d{1,3})(?:-(\d{1,3}))?", wanted)
         if found is None:
             raise InputError(f"--objects is '{self.objects}'; give a number, e.g. 12, or a range, e.g. 8-20.")

@@ -27,7 +27,7 @@ _PAPERS_OWN = (
 class ImportCommand:
     """Turn scenes of GraspClutter6D into problems.
 
-    ROOT is the data set as it lies on disk, with scenes/ and models_obj_m/ (docs/graspclutter6d.md tells how to get it;
+    ROOT is the data set as it lies on disk, with scenes/ and models_obj_m/ (docs/problems.md tells how to get it;
     of the scenes only the .json files are needed). Each scene is put on torc's table as annotated and settled in
     simulation; what fell off is left out and named. Meshes are converted once and kept with your objects
     (`torc objects list`).

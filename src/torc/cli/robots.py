@@ -70,11 +70,11 @@ class CheckCommand:
         """Print the findings; returns the exit code."""
         if self.picture is not None:
             check_picture_name(self.picture, ".png")
-        from torc.records.files import write_png
+        from torc.io.pictures import write_png
         from torc.robots.loading import robot_file
         from torc.robots.parsing import compile_mjcf, try_robot
         from torc.sim.robot_portraits import robot_portrait
-        from torc.workspace.files import load_workspace
+        from torc.workspace.workspace_files import load_workspace
 
         workspace = load_workspace(self.workspace)
         robot, faults = try_robot(robot_file(self.robot))
@@ -130,7 +130,7 @@ def _reach(robot: "RobotDescription", workspace: "Workspace") -> _Finding:
     import numpy as np
 
     from torc.robots.reach import reached
-    from torc.workspace.checks import watched_table
+    from torc.workspace.faults import watched_table
 
     points = watched_table(workspace, _ACROSS) + np.array([0, 0, _ABOVE_TABLE_M])
     share = float(np.mean(reached(robot, points)))

@@ -12,8 +12,8 @@ from torc.cli.printing import print_json
 from torc.cli.vlm_options import VlmOptions
 from torc.cli.web_page import PageOptions, check_web_libraries, served_page
 from torc.episode.viewer_links import trial_key
+from torc.registry.settings import Settings
 from torc.specs.conditions import Conditions
-from torc.specs.settings import Settings
 from torc.specs.trial import PlannerSpec, TrialSpec
 
 
@@ -27,9 +27,7 @@ class RunCommand:
     problem: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="[PROBLEM]")] = "structured-01"
     """Name of a shipped problem (`torc problems list`) or a problem file."""
     planner: str = "dg-select"
-    """Task planner: dg-select, belief, learned, random, oracle (tries picks out in the simulation), informed (the same,
-    but does not foresee luck), vlm-select, vlm-grasps, vlm-fixes-dg (these three ask the model --vlm), or your own as
-    module:Class or path/to/file.py:Class."""
+    """Task planner."""
     planner_settings: Annotated[Settings, tyro.conf.Suppress, tyro.conf.Fixed] = field(default_factory=dict)
     """Settings of the task planner by dotted path: --planner.SETTING VALUE."""
     seed: int = 0
@@ -89,9 +87,9 @@ class RunCommand:
                 say=lambda text: console.print(text, style="dim", highlight=False),
             )
         if self.json:
-            print_json(trial.result)
+            print_json(trial.result.plain)
         else:
-            if trial.result["status"] == "errored":
-                console.print(f"\n[bold red]errored[/]: {escape(trial.result['error'])}")
+            if trial.result.error:
+                console.print(f"\n[bold red]errored[/]: {escape(trial.result.error)}")
             console.print(f"Results and pictures: {escape(str(trial.directory))}", highlight=False)
-        return {"completed": 0, "errored": 1, "interrupted": 130}[trial.result["status"]]
+        return {"completed": 0, "errored": 1, "interrupted": 130}[trial.result.status]

@@ -81,8 +81,13 @@ class Halted:
 
 @dataclass(frozen=True)
 class EpisodeResult:
-    """The episode's outcome, one per attempt, and wall time by stage. `held_target` is the paper's own rule: the target
-    was held after the lift.
+    """The episode's outcome.
+
+    Attributes:
+        held_target: the target was held after the lift, which is the paper's own rule.
+        outcomes: one per attempt.
+        seconds: wall time by stage.
+        halts: why a real robot was stopped within a pick, each time.
     """
 
     retrieved: bool
@@ -90,6 +95,7 @@ class EpisodeResult:
     end: EndReason
     outcomes: tuple[PickOutcome, ...]
     seconds: dict[str, float]
+    halts: tuple[str, ...] = ()
 
     @property
     def picks(self) -> int:

@@ -4,11 +4,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from torc.perception.asking import ask_recognition
+from torc.perception.checked_scenes import ask_recognition
 from torc.perception.in_hand import held_mask
 from torc.perception.protocol import Wanted
 from torc.pipeline.look import Look, Pipeline
 from torc.records import TARGET_ID, Observation
+from torc.registry.kinds import DEPTHS
 from torc.robots.description import RobotDescription
 
 SURE = 0.9
@@ -45,7 +46,7 @@ class HeldLook:
         same_view = np.array_equal(seen.T_world_camera, then.T_world_camera)
         before_m = then.depth_m.copy() if same_view else np.zeros_like(then.depth_m)
         before_m[tuple(scene.object(self.object_id).pixels.T)] = 0
-        rough = getattr(pipeline.depth, "rough", False) or pipeline.noise is not None
+        rough = DEPTHS.traits(pipeline.depth).rough or pipeline.noise is not None
         mask = held_mask(seen, before_m, self.robot, width_m, rough)
         self.p = ask_recognition(pipeline.perception, seen, mask, self.wanted, scene, self.object_id)
         return self.is_target

@@ -1,29 +1,56 @@
 """The episode: one pick after another until the target is out (paper: A Modular Pipeline)."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
-from torc.episode.events import Decided, Ended, EpisodeResult, Event, Listener, Started
-from torc.episode.steps import EpisodeConfig, PickParts, Steps, pick_request
+from torc.episode.events import Decided, Ended, EpisodeResult, Halted, Listener, Started
+from torc.episode.steps import EpisodeConfig, Steps, checked_choice, pick_request
+from torc.errors import PickHaltedError
 from torc.perception.protocol import Wanted
+from torc.pipeline.building import System
 from torc.pipeline.look import Look
 from torc.pipeline.state import EndReason, EpisodeState, first_state, stage_rng
 from torc.pipeline.warm_up import rehearse_look
-from torc.plugins import warm_up
-from torc.records import TARGET_ID, Decision
-from torc.task_planning.asking import ask_planner, rehearse_planner
+from torc.records import TARGET_ID, Decision, PickOutcome, PickPlan, PlanFailure
+from torc.registry.kinds import MOTION_PLANNERS
+from torc.robots.protocols import Robot
+from torc.task_planning.checked_decisions import ask_planner, rehearse_planner
 from torc.task_planning.protocol import TaskPlanner
+
+Resume = Callable[[PickHaltedError], None]
+"""Has a person look after a robot that was stopped. Raises the error, or another, if the episode must not go on."""
 
 
 class Episode:
-    """One episode in progress, which somebody drives: a task planner, or an environment for reinforcement learning.
+    """One episode in progress, whoever drives it: a task planner, an environment for reinforcement learning, a person.
 
-    `look` and `pick` take turns. Once `look` has answered None, the episode is over and `end` says why.
+    `look` and `pick` take turns. Once `look` has returned None, the episode is over and `end` says why. Listeners are
+    called with every event in order.
     """
 
-    def __init__(self, steps: Steps) -> None:
-        self.steps = steps
-        self.state: EpisodeState = first_state(steps.parts.pipeline.workspace.grid)
+    def __init__(
+        self,
+        robot: Robot,
+        system: System,
+        wanted: Wanted,
+        config: EpisodeConfig,
+        listeners: Sequence[Listener] = (),
+    ) -> None:
+        self.steps = Steps(robot, system, wanted, config, listeners)
+        self.state: EpisodeState = first_state(system.pipeline.workspace.grid)
         self.end: EndReason | None = None
+        self._halts: list[str] = []
+
+    def rehearse(self, planner: TaskPlanner | None = None) -> Look:
+        """Use every kernel of the parts once, on a made-up scene, whose look is returned: whatever is compiled or
+        loaded now takes no planning time later.
+        """
+        steps = self.steps
+        look = rehearse_look(steps.system.pipeline, steps.robot.description.arm.rest_qpos)
+        for object_id in look.context.scene.ids[:1]:
+            MOTION_PLANNERS.traits(steps.system.motion_planner).warm_up(pick_request(look, object_id))
+        if planner is not None:
+            rehearse_planner(planner, look.context)
+        return look
 
     def look(self) -> Look | None:
         """The look before the next pick; None if the episode has ended. Raises TorcError if a part failed."""
@@ -37,15 +64,36 @@ class Episode:
             return None
         return look
 
+    def decide(self, planner: TaskPlanner, look: Look) -> Decision:
+        """A planner's decision about the latest look. Raises PlannerError if it crashed, or decided nothing usable."""
+        pick = self.state.pick
+        with self.steps.clock.stage("decide") as lap:
+            decision = ask_planner(planner, look.context, stage_rng(self.steps.config.seed, pick, "decide"))
+        self.steps.tell(Decided(pick, look, decision, lap.seconds))
+        return decision
+
+    def plan(self, look: Look, decision: Decision) -> PickPlan | PlanFailure | PickOutcome:
+        """The motions that `pick` would execute, why there are none, or the lost pick if the decision cannot be
+        tried. Nothing moves.
+        """
+        choice = checked_choice(look, decision)
+        return choice if isinstance(choice, PickOutcome) else self.steps.plan(self.state, look, choice)
+
     def pick(self, look: Look, decision: Decision) -> None:
         """Carry out a decision about the latest look. One that cannot be tried is a lost pick; giving up is none.
 
-        Raises PhysicsError if the simulation broke, and another TorcError if another part failed.
+        Raises PickHaltedError if the robot was stopped: the pick does not count, and another look may follow. Raises
+        PhysicsError if the simulation broke, and another TorcError if another part failed.
         """
         if decision.give_up:
             self.end = EndReason.GAVE_UP
             return
-        self.state = self.steps.attempt(self.state, look, decision)
+        try:
+            self.state = self.steps.attempt(self.state, look, decision)
+        except PickHaltedError as error:
+            self._halts.append(str(error))
+            self.steps.tell(Halted(self.state.pick, str(error)))
+            raise
         self.end = self.state.end
 
     def result(self) -> EpisodeResult:
@@ -59,47 +107,30 @@ class Episode:
             end=self.end,
             outcomes=outcomes,
             seconds=dict(self.steps.clock.seconds),
+            halts=tuple(self._halts),
         )
 
 
 def run_episode(
-    parts: PickParts,
-    planner: TaskPlanner,
-    started: Started,
-    listeners: Sequence[Listener] = (),
-    wanted: Wanted | None = None,
+    episode: Episode, planner: TaskPlanner, started: Started, resume: Resume | None = None
 ) -> EpisodeResult:
     """Pick until the target is retrieved or lost, the budget is spent, or nothing is left to try.
 
-    The listeners are called with every event in order, `started` first; `wanted` is the target, if there is more to say
-    than its description. Raises the TorcErrors of the parts: the trial is errored, no result.
+    Args:
+        started: the first event.
+        resume: called after a halt; without it the halt is raised.
+
+    Raises the TorcErrors of the parts: the trial is errored and has no result.
     """
-
-    def tell(event: Event) -> None:
-        for listener in listeners:
-            listener(event)
-
-    tell(started)
-    config = EpisodeConfig(started.max_picks, started.seed)
-    episode = Episode(Steps(parts, wanted or Wanted(started.target_description), config, tell))
+    episode.steps.tell(started)
     while (look := episode.look()) is not None:
-        pick = episode.state.pick
-        with episode.steps.clock.stage("decide") as lap:
-            decision = ask_planner(planner, look.context, stage_rng(started.seed, pick, "decide"))
-        tell(Decided(pick, look, decision, lap.seconds))
-        episode.pick(look, decision)
+        decision = episode.decide(planner, look)
+        try:
+            episode.pick(look, decision)
+        except PickHaltedError as error:
+            if resume is None:
+                raise
+            resume(error)
     result = episode.result()
-    tell(Ended(result))
+    episode.steps.tell(Ended(result))
     return result
-
-
-def rehearse(parts: PickParts, planner: TaskPlanner | None = None) -> Look:
-    """Use every kernel of the parts once, on a made-up scene, whose look is returned: what is compiled or loaded now is
-    no planning time.
-    """
-    look = rehearse_look(parts.pipeline, parts.robot.description.arm.rest_qpos)
-    for object_id in look.context.scene.ids[:1]:
-        warm_up(parts.motion_planner, pick_request(look, object_id))
-    if planner is not None:
-        rehearse_planner(planner, look.context)
-    return look

@@ -13,9 +13,9 @@ from pydantic import Field, FiniteFloat, NonNegativeInt, TypeAdapter, Validation
 
 from torc.errors import InputError
 from torc.geometry.transforms import Pose, project
+from torc.io.record_files import load_checked, to_plain
 from torc.occlusion.volume import hidden_volumes_m3
 from torc.records import BACKGROUND, MAX_OBJECTS, GraspStatus, PlanningContext, VoxelGrid
-from torc.records.serialization import load_checked, to_plain
 from torc.specs.conditions import DEFAULT_MIN_SCORE
 from torc.task_planning.graph_building import build_dependency_graph
 

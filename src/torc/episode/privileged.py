@@ -10,7 +10,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from torc.episode.events import Event, Looked
-from torc.episode.simulated import needs_color, pick_parts, simulated_robot, wanted_in
+from torc.episode.simulated import needs_color, simulated_robot, wanted_in
 from torc.episode.steps import EpisodeConfig, Steps
 from torc.occlusion.room import places_left
 from torc.pipeline.building import System
@@ -69,7 +69,9 @@ class Sandbox:
     def with_draws(self, seed: int) -> "Sandbox":
         """The same world, where all that is drawn in looking and planning is drawn by another seed. They take turns."""
         config = replace(self._steps.config, seed=seed)
-        return Sandbox(self._robot, Steps(self._steps.parts, self._steps.wanted, config), self._built)
+        return Sandbox(
+            self._robot, Steps(self._robot, self._steps.system, self._steps.wanted, config), self._built
+        )
 
     def begin(self) -> SimulatedState:
         """Before the first pick, as a trial begins. Raises InputError if the target does not stay on the table, and
@@ -176,5 +178,5 @@ def open_sandbox(
     """
     # The color picture takes most of the camera's time.
     with simulated_robot(system, problem, color=color or needs_color(system)) as simulated:
-        steps = Steps(pick_parts(system, simulated), wanted_in(system, problem), config)
+        steps = Steps(simulated, system, wanted_in(system, problem), config)
         yield Sandbox(simulated, steps)

@@ -5,27 +5,29 @@ checked: they may come from a stranger.
 import json
 import os
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
-from torc.episode.log_lines import (
-    LOG_LINE,
+from torc.episode.log import (
+    EVENT_LINE,
     DecidedLine,
+    EndedLine,
+    EventLine,
     ExecutedLine,
     HaltedLine,
     LookedLine,
     PlannedLine,
-    ResultFile,
     StartedLine,
+    TrialResult,
 )
 from torc.episode.pick_view import PickView, load_view
 from torc.errors import InputError
-from torc.files.reading import read_bytes, read_plain_text
-from torc.specs.files import RecordedSpec, from_plain
+from torc.io.reading import read_bytes, read_plain_text
+from torc.specs.spec_files import RecordedSpec, from_plain
 from torc.specs.trial import TrialSpec
 
 LOG, VIDEO = "events.jsonl", "video.mp4"
@@ -66,7 +68,7 @@ class RecordedTrial:
     spec: TrialSpec
     started: StartedLine | None
     picks: tuple[RecordedPick, ...]
-    result: ResultFile | None
+    result: TrialResult | None
 
     def pick(self, number: int) -> RecordedPick:
         """Raises InputError where there is none."""
@@ -135,11 +137,11 @@ def read_trial(directory: Path) -> RecordedTrial:
     )
 
 
-def picks_of(events: list[Any]) -> tuple[RecordedPick, ...]:
+def picks_of(events: Sequence[EventLine]) -> tuple[RecordedPick, ...]:
     """The picks in order, up to the first that was not looked at."""
     parts: dict[int, dict[str, Any]] = {}
     for event in events:
-        if event.event not in ("started", "ended"):
+        if not isinstance(event, StartedLine | EndedLine):
             parts.setdefault(event.pick, {})[event.event] = event
     picks: list[RecordedPick] = []
     while "looked" in parts.get(len(picks), {}):
@@ -171,7 +173,7 @@ def find_trials(root: Path) -> list[Path]:
     return found
 
 
-def read_events(path: Path) -> list[Any]:
+def read_events(path: Path) -> list[EventLine]:
     """The lines of a log, as far as it is complete: a trial that is being played may be writing the last one. Raises
     InputError if it is missing, too large, or a line is no event; names the line.
     """
@@ -180,15 +182,15 @@ def read_events(path: Path) -> list[Any]:
     events = []
     for number, line in enumerate(whole.split("\n") if whole else [], start=1):
         try:
-            events.append(LOG_LINE.validate_python(_parsed(line)))
+            events.append(EVENT_LINE.validate_python(_parsed(line)))
         except (ValueError, RecursionError) as error:
             raise InputError(f"{path}, line {number}: {_said(error)}. This is no log of a trial.") from None
     return events
 
 
-def read_result(path: Path) -> ResultFile:
+def read_result(path: Path) -> TrialResult:
     """result.json. Raises InputError as `read_events`."""
-    return _read(path, ResultFile.model_validate)
+    return _read(path, TrialResult.model_validate)
 
 
 def read_spec(path: Path) -> RecordedSpec:

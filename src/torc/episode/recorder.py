@@ -1,4 +1,4 @@
-"""A trial on disk: a directory built aside and renamed when complete. Present = complete."""
+"""What is kept of a trial while it is played: its log in memory, or a directory with log, pictures and result."""
 
 import json
 import os
@@ -8,45 +8,82 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from torc.drawing.belief_picture import draw_belief
+from torc.drawing.graph_picture import draw_decision
+from torc.drawing.marking import mark_image
+from torc.drawing.strip import Crop, Frame, crop_around_objects, picture_strip
 from torc.episode.events import Decided, Event, Executed, Looked
-from torc.episode.log_writing import log_line
+from torc.episode.log import EventLine, TrialResult, line_of
 from torc.episode.pick_view import view_of
-from torc.episode.pictures import Crop, Frame, crop_around_objects, picture_strip
 from torc.episode.recorded import BELIEF, LOG, PLAIN, SEEN, sent_name
 from torc.episode.viewer_links import PARTIAL
-from torc.episode.vlm_use import VlmUse
+from torc.episode.vlm_use import vlm_use
 from torc.errors import InputError
-from torc.perception.marking import mark_image
-from torc.records.directories import check_place, claim
-from torc.records.files import write_json, write_png
-from torc.records.serialization import save_record
-from torc.task_planning.belief.picture import draw_belief
-from torc.task_planning.drawing import draw_decision
+from torc.io.pictures import write_png
+from torc.io.record_files import save_record
+from torc.io.results import check_place, claim, write_json
+from torc.records.evidence import ModelTry
 from torc.vlm.config import VlmConfig
 
 
-class TrialRecorder:
-    """Writes events, pictures and the result of one trial while it happens.
+class TrialLog:
+    """Keeps the log of one trial in memory. It is one of the trial's listeners.
+
+    Attributes:
+        lines: the log so far.
+        asked: the model that the planner asks, set by whoever plays the trial.
+        directory: where the trial is on disk at the moment; None if nothing is written.
+    """
+
+    def __init__(self) -> None:
+        self.lines: list[EventLine] = []
+        self.asked: VlmConfig | None = None
+        self.directory: Path | None = None
+        self._tries: list[ModelTry] = []
+
+    @property
+    def vlm_facts(self) -> dict[str, Any]:
+        """What asking the model took so far, for the result; empty if no model is asked."""
+        return {} if self.asked is None else {"vlm_use": vlm_use(self._tries, self.asked.prices)}
+
+    def __call__(self, event: Event) -> None:
+        """Record one event."""
+        self.lines.append(line_of(event))
+        if isinstance(event, Decided) and event.decision.evidence.vlm is not None:
+            self._tries += event.decision.evidence.vlm.tries
+
+    def note_error(self, traceback: str) -> None:
+        """Keep the traceback of what broke the trial."""
+
+    def complete(self, result: TrialResult) -> None:
+        """The trial is over."""
+
+    def write_result(self, result: TrialResult) -> None:
+        """The trial was interrupted."""
+
+    def discard(self) -> None:
+        """Nothing was run."""
+
+
+class TrialRecorder(TrialLog):
+    """Writes events, pictures and the result of one trial while it happens, to a directory. Present = complete.
 
     Until `complete` the files stand in `<out>.partial`: after a crash or Ctrl-C that directory is readable. spec.json
     is written at once. With `snapshots`, each one is also saved as a record (about 1 MB a pick). Raises InputError if
-    the directory exists (and not overwrite), is no trial, cannot be written, or another process is writing it.
+    the directory exists (and not overwrite), is not a trial, cannot be written, or another process is writing it.
     """
 
     def __init__(
         self, out: Path, spec: dict[str, Any], *, overwrite: bool = False, snapshots: bool = False
     ) -> None:
+        super().__init__()
         check_place(out, overwrite, LOG, "trial")
         self.out, self.partial, self.snapshots = out, out.with_name(out.name + PARTIAL), snapshots
         self.frames: list[Frame] = []
-        self.begun = False
-        """Whether an event has been recorded."""
-        self.asked: VlmConfig | None = None
-        """The model that the planner asks, if whoever plays the trial told it."""
-        self._vlm_use = VlmUse()
         self._crop: Crop | None = None
         self._new = [parent for parent in out.parents if not parent.exists()]
         self._log = claim(self.partial, LOG, "trial")
+        self.directory = self.partial
         try:
             (self.partial / "picks").mkdir()
             write_json(self.partial / "spec.json", spec)
@@ -55,15 +92,10 @@ class TrialRecorder:
                 f"Cannot write to '{self.partial}': {error.strerror}. Choose another --out."
             ) from error
 
-    @property
-    def vlm_facts(self) -> dict[str, Any]:
-        """What asking the model took so far, for result.json; nothing where no model is asked."""
-        return {} if self.asked is None else {"vlm_use": self._vlm_use.facts(self.asked.prices)}
-
     def __call__(self, event: Event) -> None:
         """Record one event; lines are flushed so that nothing is lost in a crash."""
-        self.begun = True
-        self._log.write(json.dumps(log_line(event)) + "\n")
+        super().__call__(event)
+        self._log.write(json.dumps(self.lines[-1].plain) + "\n")
         self._log.flush()
         match event:
             case Looked():
@@ -80,7 +112,6 @@ class TrialRecorder:
                 chosen = decision.object_id if decision.object_id in scene.ids else None
                 cropped = mark_image(scene, highlight=chosen)[self._crop or ...]
                 self.frames.append(Frame(event.pick, cropped, chosen, decision.reason))
-                self._vlm_use.add(decision)
                 for number, picture in enumerate(decision.pictures):
                     self._pick_path(event.pick, sent_name(number)).write_bytes(picture)
                 if (graph := draw_decision(decision)) is not None:
@@ -91,7 +122,11 @@ class TrialRecorder:
                 if self.frames and self.frames[-1].pick == event.pick:
                     self.frames[-1] = replace(self.frames[-1], outcome=event.outcome)
 
-    def complete(self, result: dict[str, Any]) -> None:
+    def note_error(self, traceback: str) -> None:
+        """Write error.txt."""
+        (self.partial / "error.txt").write_text(traceback, encoding="utf-8")
+
+    def complete(self, result: TrialResult) -> None:
         """Write result.json and the picture strip, then rename the directory to its final name."""
         self._write(result)
         backup = self.out.with_name(self.out.name + ".replaced")
@@ -99,6 +134,7 @@ class TrialRecorder:
             shutil.rmtree(backup, ignore_errors=True)
             os.replace(self.out, backup)
         os.replace(self.partial, self.out)
+        self.directory = self.out
         self._log.close()  # which ends the claim to the directory
         shutil.rmtree(backup, ignore_errors=True)
 
@@ -110,15 +146,15 @@ class TrialRecorder:
             with suppress(OSError):  # somebody else may have put something there
                 parent.rmdir()
 
-    def write_result(self, result: dict[str, Any]) -> None:
+    def write_result(self, result: TrialResult) -> None:
         """Write what there is, leaving the directory partial (an interrupted trial)."""
         self._write(result)
         self._log.close()
 
-    def _write(self, result: dict[str, Any]) -> None:
+    def _write(self, result: TrialResult) -> None:
         if self.frames:
             write_png(self.partial / "strip.png", picture_strip(self.frames))
-        write_json(self.partial / "result.json", result)
+        write_json(self.partial / "result.json", result.plain)
 
     def _pick_path(self, pick: int, name: str) -> Path:
         return self.partial / "picks" / f"{pick:02d}_{name}"

@@ -1,8 +1,11 @@
 """A simulated robot at a problem, with the parts that its conditions name."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
-from torc.episode.steps import PickParts
+from torc.episode.events import Listener
+from torc.episode.loop import Episode
+from torc.episode.steps import EpisodeConfig
 from torc.errors import InputError
 from torc.objects.library import load_object
 from torc.objects.models import ObjectModel
@@ -10,10 +13,12 @@ from torc.perception.protocol import Wanted
 from torc.pipeline.building import System, configured, make_stage
 from torc.problems.problem import Problem
 from torc.records import TARGET_ID
+from torc.registry.context import BuildContext
+from torc.registry.kinds import CAMERAS, DEPTHS, PERCEPTIONS
 from torc.sim.portraits import size_by_ruler, turn_table
 from torc.sim.robot import SimulatedRobot, SimulatedRobotConfig
+from torc.sim.simulated_world import build_world
 from torc.sim.stepping import Observer
-from torc.sim.world import build_world
 
 
 def simulated_robot(
@@ -24,13 +29,14 @@ def simulated_robot(
     times per simulated second. Raises InputError if the problem cannot be built, or the camera cannot be made.
     """
     config = configured(system.conditions, "simulation", SimulatedRobotConfig())
-    pairs = getattr(system.pipeline.depth, "needs_pair", False)
+    pairs = DEPTHS.traits(system.pipeline.depth).needs_pair
     config = replace(config, color=color and config.color, pairs=pairs or config.pairs)
     world = build_world(problem, system.robot, system.workspace)
     world.model.geom_friction[:, 0] *= system.conditions.friction
     simulated = SimulatedRobot(world, config, observer)
-    camera = make_stage(system.conditions, "camera", camera=simulated.camera, workspace=system.workspace)
-    if getattr(camera, "real", False):
+    context = BuildContext(camera=simulated.camera, workspace=system.workspace)
+    camera = make_stage(system.conditions, "camera", context)
+    if CAMERAS.traits(camera).real:
         raise InputError(
             f"--camera {system.conditions.camera} looks at the real world, which a simulated robot does not change. "
             "`torc camera show` and `torc camera record` use it; `torc decide` decides for what it recorded."
@@ -39,16 +45,18 @@ def simulated_robot(
     return simulated
 
 
-def pick_parts(system: System, simulated: SimulatedRobot) -> PickParts:
-    """Who looks and picks in that simulation."""
-    return PickParts(simulated, system.pipeline, system.motion_planner)
+def episode_in(
+    simulated: SimulatedRobot, system: System, config: EpisodeConfig, listeners: Sequence[Listener] = ()
+) -> Episode:
+    """The episode of a simulated robot at its problem, before the first look."""
+    return Episode(simulated, system, wanted_in(system, simulated.world.problem), config, listeners)
 
 
 def wanted_in(system: System, problem: Problem) -> Wanted:
     """The problem's target as its user would tell of it: in words, by its size, and by pictures from all sides if the
     system's perception asks for them.
     """
-    if getattr(system.pipeline.perception, "needs_pictures", False):
+    if PERCEPTIONS.traits(system.pipeline.perception).needs_pictures:
         return pictured_target(problem)
     return Wanted(problem.description, size_m=size_by_ruler(_target_of(problem)))
 

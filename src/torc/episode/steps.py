@@ -1,18 +1,19 @@
 """The two halves of a pick, looking and trying, as functions of the episode's state."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from torc.episode.events import Executed, Listener, Looked, Planned
+from torc.episode.events import Event, Executed, Listener, Looked, Planned
 from torc.episode.held import HeldLook
 from torc.episode.identity import true_ids
 from torc.grasping.reasons import why_none_is_valid
-from torc.motion.asking import ask_motion_planner
-from torc.motion.protocol import MotionPlanner, PickRequest
-from torc.perception.asking import ask_camera
+from torc.motion.checked_plans import ask_motion_planner
+from torc.motion.protocol import PickRequest
+from torc.perception.checked_scenes import ask_camera
 from torc.perception.protocol import Wanted
+from torc.pipeline.building import System
 from torc.pipeline.failures import FailedGrasp
-from torc.pipeline.look import Look, Pipeline, StageClock
+from torc.pipeline.look import Look, StageClock
 from torc.pipeline.state import EpisodeState, stage_rng
 from torc.pipeline.touch import touched_points
 from torc.records import (
@@ -25,6 +26,7 @@ from torc.records import (
     PickResult,
     PlanFailure,
 )
+from torc.registry.kinds import PERCEPTIONS
 from torc.robots.description import RobotDescription
 from torc.robots.protocols import Robot
 
@@ -37,50 +39,59 @@ class EpisodeConfig:
     seed: int = 0
 
 
-@dataclass(frozen=True)
-class PickParts:
-    """Who looks and picks; each can be exchanged."""
-
-    robot: Robot
-    pipeline: Pipeline
-    motion_planner: MotionPlanner
-
-
 class Steps:
-    """Looking and trying with some parts. Holds nothing of the episode but the time that was spent.
+    """Look and try with a robot and the parts of a system. Holds nothing of the episode but the time that was spent.
 
     The robot's world is the one thing that is not in the state: `attempt` changes it.
     """
 
     def __init__(
-        self, parts: PickParts, wanted: Wanted, config: EpisodeConfig, listener: Listener = lambda event: None
+        self,
+        robot: Robot,
+        system: System,
+        wanted: Wanted,
+        config: EpisodeConfig,
+        listeners: Sequence[Listener] = (),
     ) -> None:
-        """wanted: the target; listener: told of every look, plan and execution."""
-        self.parts, self.config, self.wanted = parts, config, wanted
-        self.clock, self._tell = StageClock(), listener
+        """wanted: the target; listeners: called with every look, plan and execution."""
+        self.robot, self.system, self.wanted, self.config = robot, system, wanted, config
+        self.clock, self._listeners = StageClock(), tuple(listeners)
+
+    def tell(self, event: Event) -> None:
+        """Call the listeners."""
+        for listener in self._listeners:
+            listener(event)
 
     def look(self, state: EpisodeState) -> Look:
         """What the robot sees now, and what follows from it."""
         with self.clock.stage("capture") as lap:
-            observation = ask_camera(self.parts.robot)
-        look = self.parts.pipeline.look(
+            observation = ask_camera(self.robot)
+        look = self.system.pipeline.look(
             observation, state, wanted=self.wanted, seed=self.config.seed, picks_left=self._left(state)
         )
         self.clock.add(look.seconds)
-        self._tell(Looked(state.pick, look, lap.seconds + sum(look.seconds.values()), state))
+        self.tell(Looked(state.pick, look, lap.seconds + sum(look.seconds.values()), state))
         return look
 
     def looks(self, state: EpisodeState, seeds: Iterable[int]) -> Iterator[Look]:
         """From one snapshot, taken when the first one is asked for, a look with the grasps that each seed draws. Nobody
         is told of them.
         """
-        pipeline, wanted = self.parts.pipeline, self.wanted
-        view = pipeline.view(ask_camera(self.parts.robot), state, wanted=wanted, seed=self.config.seed)
+        pipeline, wanted = self.system.pipeline, self.wanted
+        view = pipeline.view(ask_camera(self.robot), state, wanted=wanted, seed=self.config.seed)
         for seed in seeds:
             yield pipeline.look_at(view, state, wanted=wanted, seed=seed, picks_left=self._left(state))
 
     def _left(self, state: EpisodeState) -> int:
         return self.config.max_picks - state.pick
+
+    def plan(self, state: EpisodeState, look: Look, object_id: int) -> PickPlan | PlanFailure:
+        """The motions of a pick, or why there are none."""
+        with self.clock.stage("plan motions") as lap:
+            rng = stage_rng(self.config.seed, state.pick, "motion")
+            plan = ask_motion_planner(self.system.motion_planner, pick_request(look, object_id), rng)
+        self.tell(Planned(state.pick, look, plan, lap.seconds))
+        return plan
 
     def attempt(self, state: EpisodeState, look: Look, decision: Decision) -> EpisodeState:
         """The state after planning and executing a decision; a lost pick where there is nothing to execute."""
@@ -89,10 +100,7 @@ class Steps:
         if isinstance(choice, PickOutcome):
             outcome = choice
         else:
-            with self.clock.stage("plan motions") as lap:
-                rng = stage_rng(self.config.seed, state.pick, "motion")
-                plan = ask_motion_planner(self.parts.motion_planner, pick_request(look, choice), rng)
-            self._tell(Planned(state.pick, look, plan, lap.seconds))
+            plan = self.plan(state, look, choice)
             if isinstance(plan, PlanFailure):
                 outcome = PickOutcome(PickResult.NO_PLAN, choice, detail=f"{plan.stage}: {plan.reason}")
             else:
@@ -102,7 +110,7 @@ class Steps:
                 # Who names the target is trusted; else what is lifted is looked at.
                 check = None if named else self._held_look(state, look, choice)
                 with self.clock.stage("execute") as lap:
-                    outcome = self.parts.robot.execute(meant, truth.get(choice), check)
+                    outcome = self.robot.execute(meant, truth.get(choice), check)
                 seconds = lap.seconds
                 if named:
                     outcome, scene = replace(outcome, object_id=choice), scene.with_target(choice)
@@ -113,18 +121,18 @@ class Steps:
                             scene = scene.with_brought(choice, check.p)
                         if choice == TARGET_ID:
                             scene = scene.without_target()
-            failed = remembered(failed, look, plan, outcome.as_felt, self.parts.robot.description)
+            failed = remembered(failed, look, plan, outcome.as_felt, self.robot.description)
             if named:
                 failed = tuple(
                     replace(f, object_id=TARGET_ID) if f.object_id == choice else f for f in failed
                 )
-        self._tell(Executed(state.pick, outcome, seconds))
+        self.tell(Executed(state.pick, outcome, seconds))
         return EpisodeState(look.context.volume, failed, (*state.outcomes, outcome), scene)
 
     def _held_look(self, state: EpisodeState, look: Look, object_id: int) -> HeldLook | None:
         """How to look at that object once it is lifted; None if perception does not recognise what is in the hand."""
-        pipeline, robot = self.parts.pipeline, self.parts.robot.description
-        if not hasattr(pipeline.perception, "recognise"):
+        pipeline, robot = self.system.pipeline, self.robot.description
+        if PERCEPTIONS.traits(pipeline.perception).recognise is None:
             return None
         rng = stage_rng(self.config.seed, state.pick, "held")
         return HeldLook(pipeline, robot, look, self.wanted, object_id, rng)

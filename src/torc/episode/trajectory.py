@@ -10,11 +10,11 @@ from jaxtyping import Float32, Float64, Int16
 from torc.episode.events import Event, Looked
 from torc.episode.video import Mp4Writer
 from torc.errors import InputError
-from torc.records.serialization import load_checked, save_record
+from torc.io.record_files import load_checked, save_record
 from torc.robots.description import RobotDescription
 from torc.sim.closing import Closing
 from torc.sim.rendering import CameraRenderer
-from torc.sim.world import World
+from torc.sim.simulated_world import World
 from torc.workspace.description import CameraMount
 
 FPS = 25

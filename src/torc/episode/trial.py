@@ -11,14 +11,13 @@ import numpy as np
 
 from torc.episode.bound import Bound
 from torc.episode.events import Event, Listener, Looked, Started
-from torc.episode.log_writing import result_facts
-from torc.episode.loop import rehearse, run_episode
+from torc.episode.log import RESULT_FORMAT, EventLine, TrialResult, result_facts
+from torc.episode.loop import run_episode
 from torc.episode.pick_view import view_of
-from torc.episode.planners import make_spec_planner, spec_of_object
 from torc.episode.privileged import Privileged, Simulation, Truth, open_sandbox
 from torc.episode.recorded import VIDEO
-from torc.episode.recorder import TrialRecorder
-from torc.episode.simulated import pick_parts, simulated_robot, wanted_in
+from torc.episode.recorder import TrialLog, TrialRecorder
+from torc.episode.simulated import episode_in, simulated_robot
 from torc.episode.steps import EpisodeConfig
 from torc.episode.trajectory import TrajectoryRecorder
 from torc.episode.versions import versions
@@ -26,13 +25,15 @@ from torc.episode.video import VideoRecorder
 from torc.errors import InputError, TorcError
 from torc.pipeline.building import System, build_system, sources
 from torc.pipeline.look import Look
+from torc.pipeline.planners import make_spec_planner, spec_of_object
 from torc.pipeline.warm_up import announced_compilation
 from torc.problems.problem import load_problem, robot_hint
 from torc.records import PlanningContext
+from torc.registry.kinds import PERCEPTIONS, TASK_PLANNERS
 from torc.sim.robot import SimulatedRobot
+from torc.sim.simulated_world import World
 from torc.sim.stepping import Observer
-from torc.sim.world import World
-from torc.specs.files import to_plain
+from torc.specs.spec_files import to_plain
 from torc.specs.trial import TrialSpec
 from torc.task_planning.protocol import TaskPlanner
 from torc.task_planning.relations import find_adjacencies
@@ -40,15 +41,20 @@ from torc.vlm.cache import CacheConfig
 from torc.vlm.simulated.profiles import find_profile
 from torc.vlm.simulated.situation import Situation
 
-RESULT_FORMAT = "torc-trial/1"
-
 
 @dataclass(frozen=True)
 class Trial:
-    """A trial that has ended: its directory and the content of result.json."""
+    """A trial that has ended.
 
-    directory: Path
-    result: dict[str, Any]
+    Attributes:
+        result: what came of it.
+        log: everything that happened, in order.
+        directory: where it was written; None if it was only kept in memory.
+    """
+
+    result: TrialResult
+    log: tuple[EventLine, ...]
+    directory: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -65,7 +71,7 @@ class Recording:
 
 def run_trial(
     spec: TrialSpec,
-    out: Path,
+    out: Path | None,
     *,
     planner: TaskPlanner | None = None,
     listeners: Sequence[Listener] = (),
@@ -74,7 +80,7 @@ def run_trial(
     vlm_cache: CacheConfig | None = None,
     say: Callable[[str], None] = print,
 ) -> Trial:
-    """Play one trial and write its directory.
+    """Play one trial, and write its directory unless `out` is None.
 
     A broken simulation, a VLM's server that gives no reply, or a crash of a part makes the trial "errored", never a
     failed retrieval; Ctrl-C makes it "interrupted" and leaves `<out>.partial` readable. Raises InputError, before
@@ -84,7 +90,7 @@ def run_trial(
         planner: who decides, if it is not to be made from spec.planner: a person at a browser, say. The trial is
             recorded under its `name` if spec.planner does not name its class.
         listeners: called with every event, in order.
-        say: told a line of text where something takes long.
+        say: called with a line of text before something that takes long.
     """
     recording = recording or Recording()
     problem = load_problem(spec.problem)
@@ -95,20 +101,27 @@ def run_trial(
     truth = None if situations is None else situations.situation
     planner = planner or make_spec_planner(spec.planner, vlm_cache, truth)
     privileged = [part for part in (planner, situations) if isinstance(part, Privileged)]
-    if privileged and not getattr(system.pipeline.perception, "needs_labels", False):
+    if privileged and not PERCEPTIONS.traits(system.pipeline.perception).needs_labels:
         raise InputError(
             f"'{spec.planner.asking}' knows the objects by the simulator's own ids, and --perception "
             f"{spec.conditions.perception} gives them others. Play it with --perception labels."
         )
+    knows_more = bool(privileged) or TASK_PLANNERS.traits(planner).privileged
     about: dict[str, Any] = {
         "vlm": None if asked is None else asked.text,
         # Who knows the simulator's truth, or sees more than planners do, plays, but does not compete.
-        "participant": not privileged and not spec.planner.outside_view,
+        "participant": not (knows_more or spec.planner.outside_view),
     }
     if asked is not None and asked.simulated:
         about["simulated_vlm"] = asdict(find_profile(asked.model))
     recorded = to_plain(spec, sources(spec.conditions))
-    recorder = TrialRecorder(out, recorded, overwrite=overwrite, snapshots=recording.snapshots)
+    if out is None and (recording.video or recording.trajectory or recording.snapshots):
+        raise InputError("A video, a trajectory or snapshots need a directory: give `out`.")
+    recorder = (
+        TrialLog()
+        if out is None
+        else TrialRecorder(out, recorded, overwrite=overwrite, snapshots=recording.snapshots)
+    )
     recorder.asked = asked
 
     def play() -> dict[str, Any]:
@@ -121,10 +134,12 @@ def run_trial(
 
             simulated = stack.enter_context(simulated_robot(system, problem, observer=observe))
             films: list[VideoRecorder | TrajectoryRecorder] = []
-            if recording.video:
-                films.append(stack.enter_context(VideoRecorder(recorder.partial / VIDEO, simulated.world)))
-            if recording.trajectory:
-                films.append(stack.enter_context(TrajectoryRecorder(recorder.partial, simulated.world)))
+            if recorder.directory is not None and recording.video:
+                film = VideoRecorder(recorder.directory / VIDEO, simulated.world)
+                films.append(stack.enter_context(film))
+            if recorder.directory is not None and recording.trajectory:
+                motion = TrajectoryRecorder(recorder.directory, simulated.world)
+                films.append(stack.enter_context(motion))
             observers += [film.observe for film in films]
             told = [recorder, *listeners, *([] if situations is None else [situations]), *films]
             if hint := robot_hint(problem, system.robot.name, system.robot.source):
@@ -137,7 +152,7 @@ def run_trial(
 
 
 def recorded_trial(
-    recorder: TrialRecorder,
+    recorder: TrialLog,
     about: dict[str, Any],
     play: Callable[[], dict[str, Any]],
     refused: type[TorcError] = InputError,
@@ -150,19 +165,19 @@ def recorded_trial(
     try:
         facts = play()
     except KeyboardInterrupt:
-        result = _result({"status": "interrupted", **about, **recorder.vlm_facts})
+        result = _result({"status": "interrupted"} | about | recorder.vlm_facts)
         recorder.write_result(result)
-        return Trial(recorder.partial, result)
+        return Trial(result, tuple(recorder.lines), recorder.directory)
     except Exception as error:
-        if isinstance(error, refused) and not recorder.begun:
+        if isinstance(error, refused) and not recorder.lines:
             recorder.discard()
             raise
         told = str(error) if isinstance(error, TorcError) else f"{type(error).__name__}: {error}"
         facts = {"status": "errored", "error": told}
-        (recorder.partial / "error.txt").write_text(traceback.format_exc(), encoding="utf-8")
-    result = _result({**facts, **about, **recorder.vlm_facts})
+        recorder.note_error(traceback.format_exc())
+    result = _result(facts | about | recorder.vlm_facts)
     recorder.complete(result)
-    return Trial(recorder.out, result)
+    return Trial(result, tuple(recorder.lines), recorder.directory)
 
 
 def _play(
@@ -176,14 +191,14 @@ def _play(
     say: Callable[[str], None],
 ) -> dict[str, Any]:
     problem, max_picks = simulated.world.problem, spec.conditions.max_picks
-    parts = pick_parts(system, simulated)
-    with announced_compilation(say):
-        view_of(rehearse(parts, planner).context)  # what the recorder makes of every look
     names = tuple(placement.name for placement in problem.ordered())
     vlm = "" if spec.planner.vlm is None else spec.planner.vlm.text
     target = problem.description
     started = Started(problem.name, planner.name, spec.seed, target, max_picks, names, absent, vlm)
     config = EpisodeConfig(max_picks, spec.seed)
+    with announced_compilation(say):
+        rehearsal = episode_in(simulated, system, config).rehearse(planner)
+        view_of(rehearsal.context)  # what the recorder makes of every look
     with ExitStack() as stack:
         if privileged:
             sandbox = stack.enter_context(open_sandbox(problem, system, config))
@@ -191,17 +206,18 @@ def _play(
             for part in privileged:
                 part.attach(simulation)
             listeners = [*listeners, simulation]
-        result = run_episode(parts, planner, started, listeners, wanted_in(system, problem))
+        episode = episode_in(simulated, system, config, listeners)
+        result = run_episode(episode, planner, started)
     # A planner may know how sure it is that its costs are the least.
-    bound = getattr(planner, "bound", None)
+    bound = TASK_PLANNERS.traits(planner).bound
     facts = {"status": "completed", **result_facts(result)}
     if problem.absent:
         facts["target_absent"] = True
     return facts | {"bound": bound.value} if isinstance(bound, Bound) else facts
 
 
-def _result(facts: dict[str, Any]) -> dict[str, Any]:
-    return {"format": RESULT_FORMAT, **facts, "versions": versions()}
+def _result(facts: dict[str, Any]) -> TrialResult:
+    return TrialResult.model_validate({"format": RESULT_FORMAT} | facts | {"versions": versions()})
 
 
 _MIN_HIDDEN_PX = 10

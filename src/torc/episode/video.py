@@ -10,13 +10,13 @@ import numpy as np
 from jaxtyping import UInt8
 from PIL import Image, ImageDraw, ImageFont
 
+from torc.drawing.marking import mark_image
+from torc.drawing.strip import Crop, crop_around_objects
 from torc.episode.events import Decided, Event, Executed, Started
-from torc.episode.pictures import Crop, crop_around_objects
 from torc.geometry.transforms import look_at
-from torc.perception.marking import mark_image
 from torc.sim.closing import Closing
 from torc.sim.rendering import CameraRenderer
-from torc.sim.world import World
+from torc.sim.simulated_world import World
 from torc.workspace.description import CameraMount
 
 WIDTH, HEIGHT = 800, 600

@@ -11,7 +11,7 @@ REPORT = Path("report/index.html")
 PARTIAL = ".partial"
 """The end of the name of a trial's directory while it is played."""
 
-_LINK = re.compile(rb'href="(?:http://127\.0\.0\.1:8770/)?#([0-9a-f]{12}/\d+)"')
+_LINK = re.compile(rb'href="#([0-9a-f]{12}/\d+)"')
 
 
 def trial_key(relative: str) -> str:
@@ -27,5 +27,5 @@ def trial_link(root: Path, directory: Path, pick: int = 0) -> str:
 
 
 def served_links(page: bytes) -> bytes:
-    """Let the links of a report lead to the page of the viewer that serves it, those of older reports too."""
+    """Let the links of a report lead to the page of the viewer that serves it."""
     return _LINK.sub(rb'href="/#\1"', page)

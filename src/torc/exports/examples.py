@@ -11,11 +11,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from torc.episode.log_lines import LookedLine
+from torc.episode.log import LookedLine
 from torc.episode.recorded import RecordedPick, RecordedTrial
 from torc.exports.selection import EXPERTS, SPLITS, Source, split_of, succeeded
 from torc.records import TARGET_ID
-from torc.vlm.asking import filled_prompt
+from torc.vlm.asker import filled_prompt
 from torc.vlm.config import DEFAULT_QUESTIONS
 from torc.vlm.select import VlmSelectPlanner
 

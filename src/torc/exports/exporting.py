@@ -13,9 +13,8 @@ import torc
 from torc.errors import InputError, UnknownNameError
 from torc.exports.examples import Row, finetuning_rows, preference_rows, write_rows
 from torc.exports.selection import EXPERTS, Source, select_trials
-from torc.files.numbers import take_numbers
-from torc.records.directories import check_place, claim
-from torc.records.files import write_json
+from torc.io.numbers import take_numbers
+from torc.io.results import check_place, claim, write_json
 
 Format = Literal["sft", "pairs", "lerobot"]
 FACTS = "export.json"

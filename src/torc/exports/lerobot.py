@@ -19,7 +19,7 @@ from jaxtyping import Float64
 from torc.episode.trajectory import CAMERA, TRAJECTORY, RecordedMotion, load_motion
 from torc.errors import InputError, MissingDependencyError, extra_remedy
 from torc.exports.selection import SPLITS, Source, split_of
-from torc.records.files import write_json
+from torc.io.results import write_json
 
 try:
     import pyarrow as pa

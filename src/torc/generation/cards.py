@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
+from torc.drawing.label_places import place_labels
+from torc.drawing.palette import object_color
 from torc.generation.config import Hiddenness
 from torc.generation.inspection import Difficulty
 from torc.generation.oracle_orders import OracleOrder
 from torc.generation.views import ViewConfig, problem_views
-from torc.perception.label_places import place_labels
-from torc.perception.palette import object_color
 from torc.problems.problem import Problem
 from torc.records import TARGET_ID
 from torc.sim.rendering import View

@@ -14,8 +14,8 @@ from torc.problems.problem import ObjectPlacement, Problem
 from torc.problems.schema import Category
 from torc.sim.contacts import deepest_overlap
 from torc.sim.settling import COARSE, DumpConfig, SettleConfig, dump, settle_problem, with_poses_of
+from torc.sim.simulated_world import World, build_world
 from torc.sim.stillness import StillnessConfig, StillnessReport, watch_stillness
-from torc.sim.world import World, build_world
 from torc.workspace.description import Room, Workspace
 
 MAX_OVERLAP_M = 0.0015

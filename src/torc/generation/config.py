@@ -8,6 +8,8 @@ from torc.errors import InputError, UnknownNameError
 from torc.perception.segmentation import PerceptionConfig
 from torc.problems.schema import Category
 from torc.records import MAX_OBJECTS
+from torc.registry.kinds import SCENE_FAMILIES
+from torc.registry.loading import make_part
 
 GENERATOR_VERSION = 2
 """Raised whenever the same configuration and seed give another problem than before."""
@@ -32,71 +34,6 @@ VISIBLE_FROM = 0.75
 """Visible fraction from which a target counts as visible."""
 
 
-class Family(StrEnum):
-    """What kind of hard problem is wanted."""
-
-    USUAL = ""
-    """None: the rules of torc40."""
-    ABSENT = "absent"
-    """The target is not there, and nothing in the first look tells so."""
-    ABSENT_TWIN = "absent-twin"
-    """The same scene, of the same seed, with the target in it."""
-    LOOK_ALIKES = "look-alikes"
-    """Copies of the target stand around it, which lack a mark that is seen from one side only."""
-    UNGRASPABLE = "ungraspable"
-    """Something that hides the target or stands before it cannot be grasped at all: the order has to go round it."""
-    LARGE = "large"
-    """Piles of many objects, under which the target lies."""
-    FRAGILE = "fragile"
-    """Towers and leaning things: what hides the target or stands before it holds up others, which fall without it."""
-    CUPBOARD = "cupboard"
-    """Things sorted by kind: the target is hidden behind others of its sort."""
-
-
-@dataclass(frozen=True)
-class FamilyRules:
-    """What a family asks of a scene.
-
-    Attributes:
-        category: of its scenes, if there is but one.
-        hidden: of the target, if not as the configuration says.
-        unseen: not a single pixel of the target may be in sight.
-        lying: chance that a box of a structured scene lies on its back, however wide it then is; None as usual.
-        stuck: how many of the objects that hide the target or are before it cannot be grasped at all, at least; None:
-            each object around it must be graspable (the paper's rule).
-        copies: how many copies of the target there are, without the mark that it has.
-        covered: how many objects hide at least COVERS of the target each, at least.
-        stacked: chance that a thing of a structured scene stands on another one, where it fits; None as usual.
-        leaning: chance that a high thing leans.
-        held_up: how many of the objects that hide the target or are before it hold up others, at least.
-        sorted: whether things of one sort stand together, the target behind some of its own.
-    """
-
-    category: Category | None = None
-    hidden: Hiddenness | None = None
-    unseen: bool = False
-    lying: float | None = None
-    stuck: int | None = None
-    covered: int = 0
-    copies: int = 0
-    stacked: float | None = None
-    leaning: float = 0.0
-    held_up: int = 0
-    sorted: bool = False
-
-
-RULES = {
-    Family.USUAL: FamilyRules(),
-    Family.ABSENT: FamilyRules(hidden=Hiddenness.HIDDEN, unseen=True),
-    Family.ABSENT_TWIN: FamilyRules(hidden=Hiddenness.HIDDEN, unseen=True),
-    Family.LOOK_ALIKES: FamilyRules(copies=3),
-    Family.UNGRASPABLE: FamilyRules(lying=0.6, stuck=1),
-    Family.LARGE: FamilyRules("unstructured", hidden=Hiddenness.HIDDEN, covered=4),
-    Family.FRAGILE: FamilyRules("structured", stacked=0.8, leaning=0.5, held_up=1),
-    Family.CUPBOARD: FamilyRules("structured", hidden=Hiddenness.HIDDEN, unseen=True, sorted=True),
-}
-
-
 WantedHiddenness = Literal["any", "visible", "partly", "hidden"]
 
 
@@ -114,7 +51,8 @@ class GenerationConfig:
         attempts: scenes tried until one holds a problem; all from the same seed.
         first_looks: how many times the robot plans grasps from its first look, each time with other random
             candidates; a target that is graspable in any of them is no problem.
-        family: which family of harder problems, see `Family`; its rules come before `hidden`.
+        family: name of a family of harder problems (`torc/parts/scene_families`), "" for none; its rules come before
+            `hidden`.
     """
 
     category: Category = "structured"
@@ -126,7 +64,7 @@ class GenerationConfig:
     own: bool = False
     attempts: int = 60
     first_looks: int = 2
-    family: Family = Family.USUAL
+    family: str = ""
 
     def __post_init__(self) -> None:
         low, high = self.objects
@@ -138,7 +76,7 @@ class GenerationConfig:
         ):
             if value not in valid:
                 raise UnknownNameError(name, value, list(valid))
-        only = RULES[self.family].category
+        only = make_part(SCENE_FAMILIES, self.family or "usual").category
         if only not in (None, self.category):
             kind = "piles" if only == "unstructured" else "of standing objects"
             raise InputError(
@@ -174,6 +112,7 @@ class Reason(StrEnum):
     NOT_COVERED = "no such object is covered by enough others"
     NOT_AMONG_ITS_SORT = "no such object is behind things of its sort"
     NOTHING_HELD_UP = "too few things before such an object hold up others"
+    UNFIT = "no such object fits the family"
     NOTHING_STUCK = "everything before such an object can be grasped"
     CANNOT_BE_GRASPED = "such an object, or one around it, cannot be grasped at all"
     TRIVIAL = "each such object can be grasped at once"

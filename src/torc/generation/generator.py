@@ -18,18 +18,14 @@ from torc.generation.clutter import (
     worst_mover,
 )
 from torc.generation.config import (
-    RULES,
-    Family,
-    FamilyRules,
     GenerationConfig,
     Reason,
     RejectedError,
     generator_version,
 )
-from torc.generation.families import finished, with_copies
+from torc.generation.families import SceneFamily, scene_family
 from torc.generation.inspection import Difficulty, Inspector, robot_facts
-from torc.generation.sampling import allowed_models, sample_models
-from torc.generation.shelves import sample_sorted
+from torc.generation.sampling import allowed_models
 from torc.generation.targets import choose_target
 from torc.objects.library import object_description
 from torc.pipeline.building import build_system
@@ -38,12 +34,13 @@ from torc.problems.problem import Problem
 from torc.problems.schema import Scalar
 from torc.processes import open_pool
 from torc.records import MAX_OBJECTS
+from torc.registry.loading import short_part_name
 from torc.robots.description import RobotDescription
 from torc.robots.gripper import GripperDescription
 from torc.robots.names import DEFAULT_ROBOT
 from torc.sim.settling import UNSEEN, with_poses_of
+from torc.sim.simulated_world import build_world
 from torc.sim.stillness import StillnessConfig, watch_stillness
-from torc.sim.world import build_world
 from torc.specs.conditions import DEFAULT_WORKSPACE, Conditions
 from torc.workspace.description import Workspace
 
@@ -113,7 +110,7 @@ def generate_problem(
 
 def problem_name(config: GenerationConfig, seed: int) -> str:
     """E.g. "structured-s0007"."""
-    family = f"{config.family}-" if config.family else ""
+    family = f"{short_part_name(config.family)}-" if config.family else ""
     return f"{family}{config.category}-s{seed:04d}"
 
 
@@ -134,16 +131,12 @@ def is_made_from(
 
 
 def _for_gripper(
-    clutter: ClutterConfig, gripper: GripperDescription, rules: FamilyRules = RULES[Family.USUAL]
+    clutter: ClutterConfig, gripper: GripperDescription, family: SceneFamily | None = None
 ) -> ClutterConfig:
-    """The settings of a family. No box lies so that it is too wide for the gripper, unless that is wanted."""
-    arrangement = replace(clutter.arrangement, sorted=rules.sorted, leaning=rules.leaning)
-    if rules.stacked is not None:
-        arrangement = replace(arrangement, stacked=rules.stacked, stacked_height_m=np.inf, storeys=3)
-    if rules.lying is not None:
-        return replace(clutter, arrangement=replace(arrangement, lying=rules.lying, lying_width_m=np.inf))
-    lying_m = min(arrangement.lying_width_m, gripper.max_width_m - _GRIPPER_ROOM_M)
-    return replace(clutter, arrangement=replace(arrangement, lying_width_m=lying_m))
+    """The settings of a family. No box lies so that it is too wide for the gripper, unless the family says so."""
+    lying_m = min(clutter.arrangement.lying_width_m, gripper.max_width_m - _GRIPPER_ROOM_M)
+    usual = replace(clutter.arrangement, lying_width_m=lying_m)
+    return replace(clutter, arrangement=(family or SceneFamily()).arranged(usual))
 
 
 def _attempt(
@@ -155,14 +148,13 @@ def _attempt(
     inspector: Inspector,
 ) -> tuple[Problem, Difficulty]:
     """One scene, and a target in it. Raises RejectedError or PhysicsError."""
+    family = scene_family(config.family)
     usual = clutter_config(config.category, count, inspector.workspace.room)
-    clutter = _for_gripper(usual, inspector.robot.gripper, RULES[config.family])
+    clutter = _for_gripper(usual, inspector.robot.gripper, family)
     spare = max(2, round(clutter.spare * count)) if config.category == "unstructured" else 0
     # As far as there are enough models none occurs twice: the target's description must be unique.
     dumped = min(count + spare, MAX_OBJECTS, len(models))
-    sample = sample_sorted if RULES[config.family].sorted else sample_models
-    names = sample(dumped, stage_rng(seed, attempt, "models"), models=models)
-    names = with_copies(names, RULES[config.family].copies)
+    names = family.sample(dumped, stage_rng(seed, attempt, "models"), models)
     wanted = ObjectRange(max(config.objects[0], count - count // 4), config.objects[1])
     workspace, rng = inspector.workspace, stage_rng(seed, attempt, "target")
     scene = make_clutter(
@@ -178,7 +170,7 @@ def _attempt(
             world = build_world(problem, None, workspace, UNSEEN)
             report = watch_stillness(world, STILL)
             if report.still:
-                whole = finished(problem, config.family, inspector, STILL)
+                whole = family.finished(problem, inspector, STILL)
                 return whole, replace(inspector.difficulty(view, target), objects=len(whole.objects))
             reason, scene = Reason.MOVED_LATER, with_poses_of(world)
             gone = (worst_mover(world, report, STILL),) if len(scene.objects) > wanted.fewest else ()
@@ -196,7 +188,7 @@ def _asked(config: GenerationConfig, seed: int, robot: RobotDescription) -> dict
         "kinds": ",".join(config.kinds)[:_LONGEST_LIST],
         "models": ",".join(config.models)[:_LONGEST_LIST],
         "own": config.own,
-        "family": config.family.value,
+        "family": config.family,
     }
     return {
         "source": "torc problems generate",

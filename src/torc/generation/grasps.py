@@ -10,11 +10,11 @@ from functools import cached_property
 
 import numpy as np
 
-from torc.collision.world import build_collision_world
+from torc.collision.collision_world import build_collision_world
 from torc.generation.surfaces import placed, surface_cloud
 from torc.geometry.transforms import Pose
 from torc.grasping.config import CloudConfig, GraspConfig, SelectionConfig
-from torc.grasping.planner import GeometricGraspPlanner
+from torc.grasping.geometric_planner import GeometricGraspPlanner
 from torc.grasping.validity import evaluate_grasps
 from torc.objects.library import load_object
 from torc.records import (
@@ -65,11 +65,13 @@ def _alone(
     grid, mount = workspace.grid, workspace.camera
     rgb, depth_m = np.zeros((1, 1, 3), np.uint8), np.zeros((1, 1), np.float32)
     blank = Observation(rgb, depth_m, mount.K, mount.T_world_camera, qpos=np.zeros(0), stamp_s=0.0)
-    cloud, pixels = (
-        (points.astype(np.float32), normals.astype(np.float32)),
-        np.zeros((len(points), 2), np.int32),
+    seen = SegmentedObject(
+        TARGET_ID,
+        points.astype(np.float32),
+        normals.astype(np.float32),
+        pixels=np.zeros((len(points), 2), np.int32),
+        pixel_count=2 * len(points),
     )
-    seen = SegmentedObject(TARGET_ID, *cloud, pixels, pixel_count=2 * len(points))
     labels = np.full((1, 1), BACKGROUND, np.int16)
     scene = SegmentedScene(blank, labels, (seen,), TARGET_ID, np.zeros((0, 3), np.float32))
     surface = np.full(grid.shape, EMPTY, np.int16)

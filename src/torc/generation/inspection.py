@@ -25,8 +25,8 @@ from torc.robots.names import DEFAULT_ROBOT, robot_names
 from torc.sim.filled import filled_voxels
 from torc.sim.rendering import CameraRenderer
 from torc.sim.settling import UNSEEN
+from torc.sim.simulated_world import build_world
 from torc.sim.visibility import Visibility, measure_visibility
-from torc.sim.world import build_world
 from torc.workspace.description import Workspace
 
 BESIDE_M = 0.15
@@ -194,9 +194,14 @@ class Inspector:
         if view.problem.absent:
             return Difficulty(len(view.problem.objects), Hiddenness.HIDDEN, 0.0, 0, 0, 0)
         around = self.around(view.problem, target)
-        counts = len(around.in_front), len(around.beside), len(around.taller)
-        group = self.hiddenness(view, target)
-        return Difficulty(len(view.problem.objects), group, view.fraction(target), *counts)
+        return Difficulty(
+            objects=len(view.problem.objects),
+            hiddenness=self.hiddenness(view, target),
+            visible_fraction=view.fraction(target),
+            in_front=len(around.in_front),
+            beside=len(around.beside),
+            taller=len(around.taller),
+        )
 
     @cached_property
     def _eyes(self) -> Pipeline:

@@ -6,10 +6,10 @@ from pathlib import Path
 
 from pydantic import TypeAdapter, ValidationError
 
-from torc.episode.oracle.answer import PASS_NAME, OracleAnswer
 from torc.errors import InputError
-from torc.files.reading import read_plain_text
-from torc.files.strict_yaml import explain_faults
+from torc.io.reading import read_plain_text
+from torc.io.strict_yaml import explain_faults
+from torc.oracle.answer import PASS_NAME, OracleAnswer
 from torc.problems.problem import Problem
 
 ORDER_KEY = "oracle_order"

@@ -4,8 +4,8 @@ from collections import Counter
 
 import numpy as np
 
-from torc.generation.config import RULES, GenerationConfig, Hiddenness, Reason
-from torc.generation.families import before, unfit
+from torc.generation.config import GenerationConfig, Hiddenness, Reason
+from torc.generation.families import before, scene_family
 from torc.generation.inspection import Inspector, SceneView
 
 
@@ -14,15 +14,15 @@ def choose_target(
 ) -> tuple[str, Reason, tuple[str, ...]]:
     """An object that is hidden as wanted, not graspable at once, and retrievable as far as the paper's rule tells; ""
     if there is none, why, and the objects that no target can have around it."""
-    scene, reason, rules = view.problem, Reason.NONE_SO_HIDDEN, RULES[config.family]
+    scene, reason, family = view.problem, Reason.NONE_SO_HIDDEN, scene_family(config.family)
     ungraspable: dict[str, bool] = {}
     for name in _candidates(view, config, inspector, rng):
-        bad = unfit(view, name, rules, inspector)
+        bad = family.unfit(view, name, inspector)
         if bad is not None:
             reason = _further(reason, bad)
             continue
-        if rules.stuck is not None:
-            found = _among_stuck(view, name, rules.stuck, config, inspector)
+        if family.stuck is not None:
+            found = _among_stuck(view, name, family.stuck, config, inspector)
             if found is None:
                 return name, reason, ()
             reason = _further(reason, found)
@@ -62,15 +62,15 @@ def _candidates(
     view: SceneView, config: GenerationConfig, inspector: Inspector, rng: np.random.Generator
 ) -> list[str]:
     """Objects that are hidden as wanted, in random order; where any will do, visible ones come last."""
-    rules = RULES[config.family]
+    family = scene_family(config.family)
     models = Counter(o.model for o in view.problem.objects)
     # The target's description must be unique in the scene; one of several copies gets a mark.
-    unique = [o.name for o in view.problem.objects if (models[o.model] > 1) == bool(rules.copies)]
+    unique = [o.name for o in view.problem.objects if (models[o.model] > 1) == family.copied]
     groups = {name: inspector.hiddenness(view, name) for name in unique}
     shuffled = [unique[i] for i in rng.permutation(len(unique))]
-    if rules.unseen:
+    if family.unseen:
         shuffled = [name for name in shuffled if view.pixels(name) == 0]
-    wanted = rules.hidden or config.hidden
+    wanted = family.hidden or config.hidden
     if wanted == "any":
         return sorted(shuffled, key=lambda name: groups[name] is Hiddenness.VISIBLE)
     return [name for name in shuffled if groups[name].value == wanted]

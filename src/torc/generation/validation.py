@@ -5,17 +5,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from torc.episode.oracle.solve import solve_problem
-from torc.episode.oracle.tree import DEFAULT_BUDGET, check_budget
 from torc.errors import InputError, PhysicsError
 from torc.generation.clutter import MAX_OVERLAP_M
-from torc.generation.config import Family
+from torc.generation.families import scene_family
 from torc.generation.inspection import Difficulty, Inspector, SceneView
+from torc.oracle.solve import solve_problem
+from torc.oracle.tree import DEFAULT_BUDGET, check_budget
 from torc.problems.problem import Problem
+from torc.registry.kinds import SCENE_FAMILIES
+from torc.registry.loading import part_paths
 from torc.sim.contacts import deepest_overlap
 from torc.sim.settling import UNSEEN
+from torc.sim.simulated_world import World, build_world
 from torc.sim.stillness import StillnessConfig, watch_stillness
-from torc.sim.world import World, build_world
 
 FEWEST_PICKS = 2
 _SAME_FRACTION = 0.02
@@ -135,7 +137,8 @@ def _of_target(
     stuck = [name for name in around.all if not inspector.graspable_at_all(problem, name)]
     told = f"{len(around.all)} objects are in front of the target, beside it or taller; "
     told += f"these cannot be grasped at all: {', '.join(stuck)}." if stuck else "each can be grasped."
-    wanted = problem.origin.get("family") == Family.UNGRASPABLE
+    family = str(problem.origin.get("family", ""))
+    wanted = family in part_paths(SCENE_FAMILIES) and scene_family(family).stuck is not None
     yield Check(
         "surroundings", bool(stuck) == wanted, told + (" Some should not." if wanted and not stuck else "")
     )

@@ -8,16 +8,16 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float, UInt8
 
+from torc.drawing.palette import object_color
 from torc.geometry.transforms import Pose, look_at, rotation_from_wxyz
-from torc.perception.palette import object_color
 from torc.problems.problem import Problem
 from torc.records import TARGET_ID
 from torc.sim.rendering import CameraRenderer, View
+from torc.sim.simulated_world import Presence, World, build_world
 from torc.sim.state import restore_state, save_state
-from torc.sim.world import Presence, World, build_world
 from torc.specs.conditions import DEFAULT_WORKSPACE
 from torc.workspace.description import CameraMount, Workspace
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 ViewName = Literal["robot", "front", "side", "top"]
 VIEW_NAMES: tuple[ViewName, ...] = get_args(ViewName)

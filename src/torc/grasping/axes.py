@@ -64,8 +64,8 @@ def grasp_frames(
     Returns closing axes, approaches, and how many belong to the first approach.
     """
     centered = points - points.mean(axis=0)
-    cosines = float(np.cos(config.closing_merge_rad)), float(np.cos(config.max_yaw_rad))
-    return _grasp_frames(approaches, centered.T @ centered, clusters, view, forward, *cosines)
+    merged_cos, yaw_cos = float(np.cos(config.closing_merge_rad)), float(np.cos(config.max_yaw_rad))
+    return _grasp_frames(approaches, centered.T @ centered, clusters, view, forward, merged_cos, yaw_cos)
 
 
 @njit(cache=True)

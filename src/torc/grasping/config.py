@@ -6,6 +6,7 @@ from typing import Self
 import numpy as np
 
 from torc.records import TARGET_ID
+from torc.registry.settings import ConfigTraits
 
 
 @dataclass(frozen=True)
@@ -127,7 +128,7 @@ class SelectionConfig:
 
 
 @dataclass(frozen=True)
-class GraspConfig:
+class GraspConfig(ConfigTraits):
     """All settings of `GeometricGraspPlanner`.
 
     Attributes:

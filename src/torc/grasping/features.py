@@ -124,9 +124,19 @@ def compute_features(
         kernel_array(volume.grid.origin),
         float(volume.grid.voxel_size_m),
     )
-    points = cloud.cells, cloud.normals[cloud.cells.order], cloud.hull, np.array(place)
-    grasps = candidates.Rs, candidates.tips, candidates.widths_m
-    candidate_features(*grasps, *points, hand, space, support_z_m, out)
+    candidate_features(
+        candidates.Rs,
+        candidates.tips,
+        candidates.widths_m,
+        cloud.cells,
+        cloud.normals[cloud.cells.order],
+        cloud.hull,
+        np.array(place),
+        hand,
+        space,
+        support_z_m,
+        out,
+    )
     return out
 
 

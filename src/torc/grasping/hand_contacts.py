@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int64, UInt8, UInt64
 from numba import njit
 
-from torc.collision.world import FREE, SURFACE, CollisionWorld
+from torc.collision.collision_world import FREE, SURFACE, CollisionWorld
 from torc.geometry.transforms import kernel_array
 from torc.grasping.hand import HandGeometry, reach_at
 from torc.records import OcclusionVolume, VoxelGrid
@@ -23,7 +23,7 @@ def hand_contacts(
 ) -> tuple[UInt64[np.ndarray, "n"], Bool[np.ndarray, "n"]]:
     """Objects (bit masks) and fixed things that the open gripper touches at each grasp.
 
-    As `torc.collision.checks.blockers` counts: voxels hidden by the own object and its surface are left out;
+    As `torc.collision.contacts.blockers` counts: voxels hidden by the own object and its surface are left out;
     occupied voxels without an owner are fixed.
     """
     config = world.config
@@ -71,9 +71,16 @@ def _found(
     paddings: tuple[float, float],
     hand: HandGeometry,
 ) -> tuple[UInt64[np.ndarray, "n"], Bool[np.ndarray, "n"]]:
-    grasps = kernel_array(Ts_world_tcp), kernel_array(widths_m), kernel_array(own_ids, np.int64)
-    fixed = kernel_array(fixed).reshape(-1, 6)
-    return _contacts(*grasps, open_boxes(hand), hand.reach_m, voxels, fixed, np.array(paddings))
+    return _contacts(
+        kernel_array(Ts_world_tcp),
+        kernel_array(widths_m),
+        kernel_array(own_ids, np.int64),
+        open_boxes(hand),
+        hand.reach_m,
+        voxels,
+        kernel_array(fixed).reshape(-1, 6),
+        np.array(paddings),
+    )
 
 
 def open_boxes(hand: HandGeometry) -> Float[np.ndarray, "b 6"]:

@@ -19,9 +19,10 @@ def thinned(
     """
     order = np.argsort(-scores, kind="stable")
     is_blocked = blocked[order]
-    limits = config.position_m**2, float(np.cos(config.angle_rad)), config.spare * config.max_per_object
+    position_m2, cosine = config.position_m**2, float(np.cos(config.angle_rad))
+    most = config.spare * config.max_per_object
     parts = (order[~is_blocked], order[is_blocked])
-    return np.concatenate([part[_suppress(part, Ts_world_tcp, *limits)] for part in parts])
+    return np.concatenate([part[_suppress(part, Ts_world_tcp, position_m2, cosine, most)] for part in parts])
 
 
 def chosen(

@@ -7,9 +7,9 @@ import numpy as np
 from jaxtyping import Bool, Float, Int64, UInt64
 from numba import njit
 
-from torc.collision.checks import blockers, collides, robot_arrays
+from torc.collision.collision_world import CollisionWorld
+from torc.collision.contacts import blockers, collides, robot_arrays
 from torc.collision.placement import RobotArrays
-from torc.collision.world import CollisionWorld
 from torc.errors import InputError
 from torc.geometry.transforms import invert, kernel_array
 from torc.grasping.cells import box_reached

@@ -1,6 +1,5 @@
 """The environment `torc/Retrieval-v0`: a step is one pick of the real pipeline, the action names the object."""
 
-import sys
 from collections import Counter
 from collections.abc import Sequence
 from typing import Any
@@ -10,12 +9,12 @@ import numpy as np
 from gymnasium import spaces
 from jaxtyping import Bool, Float32, Int8, UInt8
 
-from torc.episode.loop import Episode, rehearse
-from torc.episode.simulated import needs_color, pick_parts, simulated_robot, wanted_in
-from torc.episode.steps import EpisodeConfig, Steps
+from torc.drawing.marking import mark_image
+from torc.episode.loop import Episode
+from torc.episode.simulated import episode_in, needs_color, simulated_robot
+from torc.episode.steps import EpisodeConfig
 from torc.errors import InputError, PhysicsError, UnknownNameError
 from torc.occlusion.volume import hidden_volumes_m3
-from torc.perception.marking import mark_image
 from torc.pipeline.building import build_system
 from torc.pipeline.look import Look
 from torc.pipeline.state import EndReason
@@ -27,7 +26,7 @@ from torc.sim.closing import Closing
 from torc.sim.robot import RobotState, SimulatedRobot
 from torc.specs.conditions import Conditions
 from torc.task_planning.graph_building import build_dependency_graph
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 SHARES = ("best_score", "pixels", "hidden_volume", "blocked", "tried")
 PER_OBJECT = ("visible", "graspable", "target", *SHARES, "position")
@@ -35,7 +34,7 @@ PER_OBJECT = ("visible", "graspable", "target", *SHARES, "position")
 
 
 def observed(context: PlanningContext, max_picks: int) -> dict[str, np.ndarray]:
-    """The features of a look, by the keys of the environment's observation space; docs/gym.md has their meaning."""
+    """Return a look's features by the keys of the observation space, which docs/learning.md explains."""
     scene, report, grasps, ids = context.scene, context.report, context.grasps, list(context.scene.ids)
     rows: dict[str, np.ndarray] = {
         "visible": _ones(ids),
@@ -118,12 +117,12 @@ class EpisodeSimulation(Closing):
         _, simulated, built = self._open
         simulated.restore(built)
         simulated.take_over()
-        parts = pick_parts(self._system, simulated)
+        episode = episode_in(simulated, self._system, config)
         if not self._rehearsed:
-            with announced_compilation(lambda text: print(text, file=sys.stderr)):
-                rehearse(parts)
+            with announced_compilation():
+                episode.rehearse()
             self._rehearsed = True
-        return Episode(Steps(parts, wanted_in(self._system, simulated.world.problem), config))
+        return episode
 
     def close(self) -> None:
         """Frees the world and its camera."""
@@ -135,7 +134,7 @@ class EpisodeSimulation(Closing):
 class RetrievalEnv(gymnasium.Env[dict[str, np.ndarray], np.int64]):
     """Retrieve the target: every step looks, picks the object that the action names, and looks again.
 
-    docs/gym.md describes observations, rewards and ends.
+    docs/learning.md describes observations, rewards and ends.
 
     Args:
         problems: as `torc problems list` names them: sets, problems, files, directories; comma-separated or a sequence.

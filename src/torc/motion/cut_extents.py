@@ -6,7 +6,7 @@ from itertools import product
 import numpy as np
 from jaxtyping import Float
 
-from torc.collision.checks import attached_contacts
+from torc.collision.contacts import attached_contacts
 from torc.motion.line_context import LineContext
 
 _SHARES = (0.75, 0.67, 0.5, 0.0)

@@ -11,9 +11,9 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numba import njit
 
-from torc.collision.checks import blockers, robot_arrays, static_contacts
+from torc.collision.collision_world import CollisionWorld
+from torc.collision.contacts import blockers, robot_arrays, static_contacts
 from torc.collision.placement import RobotArrays, place_spheres, scratch_for
-from torc.collision.world import CollisionWorld
 from torc.geometry.transforms import kernel_array
 from torc.grasping.validity import tool0_targets
 from torc.motion.config import MotionConfig
@@ -54,8 +54,15 @@ def without_lines(
         return out
     # Most can be carried out from their configuration in the report: all are asked at once.
     own_ids = grasps.object_ids[valid].astype(np.int64)
-    around = robot, arrays, world, config
-    starts = _Starts(*around, report.qpos[valid], tool0_targets(grasps, robot.gripper)[valid], own_ids)
+    starts = _Starts(
+        robot=robot,
+        arrays=arrays,
+        world=world,
+        config=config,
+        qpos=report.qpos[valid],
+        Ts_world_tool0=tool0_targets(grasps, robot.gripper)[valid],
+        own_ids=own_ids,
+    )
     bounds = {k: _bounding_sphere(scene.object(k).points) for k in set(own_ids.tolist())}
     good = starts.raisable(np.array([bounds[k] for k in own_ids.tolist()]))
     good[good] = starts.among(good).approachable(-grasps.Ts_world_tcp[valid[good], :3, 2])
@@ -100,13 +107,19 @@ class _Starts:
         """Of the gripper before it closes."""
         return self.config.opening(self.robot.gripper.max_width_m)
 
+    def _followed(
+        self, directions: Float[np.ndarray, "m 3"], length_m: float, waypoints: int | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """See `follow_lines`."""
+        config, qpos, Ts = self.config.cartesian, self.qpos, self.Ts_world_tool0
+        return follow_lines(self.robot.arm, self.arrays, qpos, Ts, directions, length_m, config, waypoints)
+
     def raisable(self, bounds: Float[np.ndarray, "m 4"]) -> Bool[np.ndarray, "m"]:
         """Whether the shortest lift can be followed, off everything fixed, and with the object surely off the robot."""
         config = self.config.cartesian
         length_m, count = max(config.lifts_m), min(line_counts(config.lifts_m, config.step_m))
         up = np.tile([0.0, 0.0, 1.0], (len(self.qpos), 1))
-        lines = self.qpos, self.Ts_world_tool0, up, length_m
-        path, reached = follow_lines(self.robot.arm, self.arrays, *lines, config, count)
+        path, reached = self._followed(up, length_m, count)
         path = np.concatenate([self.qpos[:, None], path], axis=1)[:, ::2]
         good = (reached == count) & ~self._fixed(path).any(axis=1)
         raised = length_m / waypoints_of(length_m, config.step_m) * 2 * np.arange(path.shape[1])
@@ -114,20 +127,21 @@ class _Starts:
         spheres[:, :, 2] += raised
         rows = np.repeat(good[:, None], path.shape[1], axis=1)
         near = np.zeros(rows.shape, dtype=bool)
-        around = kernel_array(path[rows]), kernel_array(spheres[rows])
-        near[rows] = _near_robot(*around, self.arrays, self.world.config.self_padding_m)
+        padding_m = self.world.config.self_padding_m
+        near[rows] = _near_robot(
+            kernel_array(path[rows]), kernel_array(spheres[rows]), self.arrays, padding_m
+        )
         return good & ~near.any(axis=1)
 
     def approachable(self, backward: Float[np.ndarray, "m 3"]) -> Bool[np.ndarray, "m"]:
         """Whether there is a free pre-grasp, and a line from it that is off everything fixed."""
         config = self.config.cartesian
         counts = line_counts(config.back_offs_m, config.step_m)
-        lines = self.qpos, self.Ts_world_tool0, backward, max(config.back_offs_m)
-        path, reached = follow_lines(self.robot.arm, self.arrays, *lines, config)
+        path, reached = self._followed(backward, max(config.back_offs_m))
         # What was not reached is not finite, and counts as in contact.
         ends = path[:, [c - 1 for c in counts]]
-        asked = ends.reshape(-1, path.shape[2]), self.opening_m, np.repeat(self.own_ids, len(counts))
-        free = blockers(self.world, self.arrays, *asked).free.reshape(ends.shape[:2])
+        qpos, own_ids = ends.reshape(-1, path.shape[2]), np.repeat(self.own_ids, len(counts))
+        free = blockers(self.world, self.arrays, qpos, self.opening_m, own_ids).free.reshape(ends.shape[:2])
         fixed = self._fixed(np.concatenate([self.qpos[:, None], path], axis=1)[:, ::2])
         out = np.zeros(len(self.qpos), dtype=bool)
         for j, count in enumerate(counts):

@@ -12,7 +12,7 @@ from torc.collision.placement import RobotArrays, forward
 from torc.geometry.transforms import kernel_array
 from torc.motion.config import CartesianConfig
 from torc.robots.description import ArmDescription
-from torc.robots.kernels import jacobian_kernel, pose_error
+from torc.robots.kinematics_kernels import jacobian_kernel, pose_error
 
 _TOLERANCE = 1e-5
 """Metres and radians, per axis."""
@@ -93,9 +93,19 @@ def follow_lines(
     starts, margin = kernel_array(starts), config.limit_margin_rad
     paths = np.full((len(starts), waypoints or steps, starts.shape[1]), np.nan)
     counts = np.zeros(len(starts), dtype=np.int64)
-    limits = kernel_array(arm.lower + margin), kernel_array(arm.upper - margin), config.max_joint_step_rad
-    lines = kernel_array(Ts_world_tool0[:, :3]), kernel_array(directions), length_m / steps
-    _follow_each(starts, *lines, robot, *limits, _TOLERANCE, paths, counts)
+    _follow_each(
+        starts,
+        kernel_array(Ts_world_tool0[:, :3]),
+        kernel_array(directions),
+        length_m / steps,
+        robot,
+        kernel_array(arm.lower + margin),
+        kernel_array(arm.upper - margin),
+        config.max_joint_step_rad,
+        _TOLERANCE,
+        paths,
+        counts,
+    )
     return paths, counts
 
 

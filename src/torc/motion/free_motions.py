@@ -6,9 +6,9 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float
 
-from torc.collision.checks import carved
+from torc.collision.collision_world import CollisionWorld
+from torc.collision.contacts import carved
 from torc.collision.placement import RobotArrays
-from torc.collision.world import CollisionWorld
 from torc.geometry.transforms import invert, make_pose
 from torc.motion.config import MotionConfig
 from torc.motion.cut_extents import cut_extents
@@ -208,8 +208,9 @@ class FreeMotions:
     ) -> Float[np.ndarray, "m dof"]:
         """From a configuration straight back, against the approach, as far as nothing is touched; it comes first."""
         config, arm = self._config.cartesian, self._robot.arm
-        line = tool0_poses(arm, qpos[None]), -context.approach_axis[None], config.line_out_m
-        paths, counts = follow_lines(arm, self._arrays, qpos[None], *line, config)
+        Ts, directions = tool0_poses(arm, qpos[None]), -context.approach_axis[None]
+        length_m = config.line_out_m
+        paths, counts = follow_lines(arm, self._arrays, qpos[None], Ts, directions, length_m, config)
         path = np.vstack([qpos, paths[0, : counts[0]]])
         touching = space.collides(path)
         return path[: np.argmax(touching)] if touching.any() else path

@@ -7,9 +7,9 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Bool, Float
 
-from torc.collision.checks import Contacts, blockers, collides, self_contacts, static_contacts
+from torc.collision.collision_world import CollisionWorld
+from torc.collision.contacts import Contacts, blockers, collides, self_contacts, static_contacts
 from torc.collision.placement import RobotArrays
-from torc.collision.world import CollisionWorld
 from torc.geometry.transforms import invert
 from torc.motion.holding import Held
 from torc.robots.description import ArmDescription, RobotDescription
@@ -88,5 +88,7 @@ def line_context(
     def hold() -> Held:
         return held_in_world().moved(invert(T_world_tool0))
 
-    flange = T_world_tool0, T_world_tcp[:3, 2]
-    return LineContext(robot.arm, arrays, world, opening_m, own_id, *flange, width_m, hold)
+    approach_axis = T_world_tcp[:3, 2]
+    return LineContext(
+        robot.arm, arrays, world, opening_m, own_id, T_world_tool0, approach_axis, width_m, hold
+    )

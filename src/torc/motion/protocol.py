@@ -6,7 +6,7 @@ from typing import Protocol
 import numpy as np
 from jaxtyping import Float
 
-from torc.collision.world import CollisionWorld
+from torc.collision.collision_world import CollisionWorld
 from torc.records import (
     GraspReport,
     GraspSet,
@@ -44,8 +44,7 @@ class PickRequest:
 class MotionPlanner(Protocol):
     """Plans the motions of a pick.
 
-    One with numba kernels of its own may have a second method, `warm_up(request)`, called before a trial to use each
-    kernel once.
+    One with numba kernels may have a second method, `warm_up(request)`; see `torc.registry.kinds.MotionPlannerTraits`.
     """
 
     def plan_pick(self, request: PickRequest, rng: np.random.Generator) -> PickPlan | PlanFailure:

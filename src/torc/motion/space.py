@@ -5,11 +5,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from torc.collision.checks import with_attached, world_arrays
-from torc.collision.kernels import contacts_batch, edges_batch
+from torc.collision.collision_world import CollisionWorld
+from torc.collision.contact_kernels import contacts_batch, edges_batch
+from torc.collision.contacts import with_attached, world_arrays
 from torc.collision.obstacles import WorldArrays
 from torc.collision.placement import RobotArrays, joint_reach
-from torc.collision.world import CollisionWorld
 from torc.geometry.transforms import kernel_array
 
 
@@ -44,8 +44,10 @@ class FreeSpace:
     def collides(self, qpos: Float[np.ndarray, "n dof"]) -> Bool[np.ndarray, "n"]:
         """Whether each configuration touches anything."""
         n = len(qpos)
-        asked = kernel_array(qpos), np.full(n, self.width_m), np.zeros(n, np.uint64)
-        bits, flags = contacts_batch(*asked, self.robot, self.world, True, True)
+        widths_m, own_bits = np.full(n, self.width_m), np.zeros(n, np.uint64)
+        bits, flags = contacts_batch(
+            kernel_array(qpos), widths_m, own_bits, self.robot, self.world, True, True
+        )
         return (bits != 0) | (flags != 0)
 
     def edges_collide(
@@ -77,7 +79,8 @@ def free_space(
     """The free space of a robot with an opening and attached spheres (tool0 frame) in a world."""
     robot, width_m = with_attached(robot, attached), float(width_m)
     reach, step_m = joint_reach(robot, width_m), world.config.edge_step_m
-    return FreeSpace(robot, world_arrays(world), width_m, reach, step_m, *limits, 1.0 / max_speed)
+    lower, upper = limits
+    return FreeSpace(robot, world_arrays(world), width_m, reach, step_m, lower, upper, 1.0 / max_speed)
 
 
 def loosened(space: FreeSpace, by_m: float, itself_too: bool = False) -> FreeSpace:

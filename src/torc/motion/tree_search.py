@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Float
 from numba import njit
 
-from torc.collision.kernels import edge_collides
+from torc.collision.contact_kernels import edge_collides
 from torc.collision.placement import scratch_for
 from torc.geometry.transforms import kernel_array
 from torc.motion.config import SearchConfig

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from torc.errors import UnknownNameError
-from torc.files.reading import read_text
+from torc.io.reading import read_text
 from torc.objects.names import base_name, marked_description
 
 if TYPE_CHECKING:  # the names alone need neither numpy nor Pillow
@@ -81,7 +81,7 @@ def object_facts(name: str) -> ObjectFacts:
         return replace(
             _shipped()[base], name=name, description=marked_description(_shipped()[base].description)
         )
-    from torc.objects.files import read_entry
+    from torc.objects.object_files import read_entry
 
     entry = read_entry(_directory(name))
     return ObjectFacts(name, entry.kind, entry.description, entry.mass_kg, entry.held_out, False)
@@ -148,7 +148,7 @@ def load_stored(directory: Path) -> ObjectModel:
 
 @lru_cache(maxsize=128)
 def _load(directory: Path, stamps: tuple[tuple[int, int, int], ...]) -> ObjectModel:
-    from torc.objects.files import load_object_directory
+    from torc.objects.object_files import load_object_directory
 
     return load_object_directory(directory, trusted=directory.parent == SHIPPED_OBJECTS)
 

@@ -14,8 +14,8 @@ from pydantic import (
 )
 
 from torc.errors import InputError
-from torc.files.strict_yaml import Number, explain_faults, printable
 from torc.geometry.transforms import Pose, make_pose, rotation_from_wxyz
+from torc.io.strict_yaml import Number, explain_faults, printable
 from torc.objects.models import PieceKind, Quat
 
 FORMAT = "torc-object/1"

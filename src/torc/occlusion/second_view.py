@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float32, Int32, UInt64
 from numba import njit
 
 from torc.geometry.transforms import invert, kernel_array
-from torc.occlusion.kernels import FREE, project_voxels
+from torc.occlusion.projection_kernels import FREE, project_voxels
 from torc.records import Observation, VoxelGrid
 
 
@@ -46,9 +46,17 @@ def right_view(
     T_right_world[0, 3] -= baseline_m
     depth_m, source = _to_right(readings, float(K[0, 0]) * baseline_m)
     bits = np.where(source >= 0, pixel_bits.ravel()[source], np.uint64(0))
-    pixels = np.minimum(depth_m, np.float32(max_depth_m)), bits, np.zeros(depth_m.shape, np.bool_)
-    shape, origin, voxel_m = grid.shape, kernel_array(grid.origin), float(grid.voxel_size_m)
-    state, hidden_by, _ = project_voxels(shape, origin, voxel_m, kernel_array(T_right_world), K, *pixels, 0.0)
+    state, hidden_by, _ = project_voxels(
+        grid.shape,
+        kernel_array(grid.origin),
+        float(grid.voxel_size_m),
+        kernel_array(T_right_world),
+        K,
+        np.minimum(depth_m, np.float32(max_depth_m)),
+        bits,
+        np.zeros(depth_m.shape, np.bool_),
+        0.0,
+    )
     return RightView(state == FREE, hidden_by)
 
 

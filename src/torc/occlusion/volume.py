@@ -17,7 +17,7 @@ from torc.errors import InputError
 from torc.geometry.pixels import finer
 from torc.geometry.transforms import invert, kernel_array
 from torc.occlusion.holes import bridge_holes
-from torc.occlusion.kernels import (
+from torc.occlusion.projection_kernels import (
     FREE,
     NO_READING,
     OUT_OF_VIEW,
@@ -108,11 +108,30 @@ def update_volume(
     origin, voxel_m = kernel_array(grid.origin), float(grid.voxel_size_m)
     K, T_world_camera = kernel_array(view.K), kernel_array(view.T_world_camera)
     T_camera_world = kernel_array(invert(view.T_world_camera))
-    pixels = rays.depth_m, rays.bits, rays.disturbed
     state, bits, near_behind = project_voxels(
-        grid.shape, origin, voxel_m, T_camera_world, K, *pixels, config.object_depth_m
+        grid.shape,
+        origin,
+        voxel_m,
+        T_camera_world,
+        K,
+        rays.depth_m,
+        rays.bits,
+        rays.disturbed,
+        config.object_depth_m,
     )
-    hold_bridged(rays.bridged, *pixels, K, T_world_camera, origin, voxel_m, state, bits, near_behind)
+    hold_bridged(
+        rays.bridged,
+        rays.depth_m,
+        rays.bits,
+        rays.disturbed,
+        K,
+        T_world_camera,
+        origin,
+        voxel_m,
+        state,
+        bits,
+        near_behind,
+    )
     seen_now = (state == FREE) | (surface != EMPTY)
     if view.pair is not None:
         of_pixels = _bits_by_label(scene)[scene.label_image.astype(np.uint8)]

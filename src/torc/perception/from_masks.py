@@ -29,8 +29,10 @@ from torc.perception.target import (
 )
 from torc.perception.tracking import Seen, TrackingConfig, agreement, carried_over, same_ids, settled_masks
 from torc.records import BACKGROUND, MAX_OBJECTS, TARGET_ID, KnownObject, Observation, SegmentedScene
+from torc.registry.kinds import PerceptionTraits
+from torc.registry.settings import ConfigTraits
 from torc.workspace.description import Workspace
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 _EXACT = replace(PerceptionConfig(), rim_px=2, piece_px=5)
 """Masks are a pixel or two off, whatever the depth: there they hold readings of what lies behind."""
@@ -39,7 +41,7 @@ _HELD = 1
 
 
 @dataclass(frozen=True)
-class FromMasksConfig:
+class FromMasksConfig(ConfigTraits):
     """What a scene is made with, whatever finds the masks.
 
     Attributes:
@@ -86,7 +88,7 @@ class _Seen(NamedTuple):
     known: tuple[KnownObject, ...]
 
 
-class FromMasks(ABC):
+class FromMasks(ABC, PerceptionTraits):
     """A perception that finds masks and leaves the rest to torc. Subclasses say how masks are found."""
 
     config: FromMasksConfig

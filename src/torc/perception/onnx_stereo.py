@@ -6,7 +6,7 @@ Inputs `input_left` and `input_right`: RGB, 0 to 255, uint8 or float, (1, 3, H, 
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -15,6 +15,7 @@ from jaxtyping import Float32, UInt8
 from torc.errors import InputError, MissingDependencyError
 from torc.perception.disparity import LearnedStereoConfig, pair_of, scaled, with_disparity
 from torc.records import Observation
+from torc.registry.kinds import DepthTraits
 
 _MULTIPLE_PX = 32
 _KINDS = {"tensor(uint8)": np.uint8, "tensor(float)": np.float32, "tensor(float16)": np.float16}
@@ -35,13 +36,11 @@ class OnnxStereoConfig(LearnedStereoConfig):
     min_confidence: float = 0.1
 
 
-class OnnxDepth:
+class OnnxDepth(DepthTraits):
     """Depth from the camera's two pictures, matched by onnxruntime in this process."""
 
-    needs_pair: ClassVar[bool] = True
-    """A simulated camera takes both pictures."""
-    rough: ClassVar[bool] = True
-    """Perception and occlusion volume take their settings for real cameras."""
+    needs_pair = True
+    rough = True
 
     def __init__(self, config: OnnxStereoConfig | None = None) -> None:
         self.config = OnnxStereoConfig() if config is None else config

@@ -1,18 +1,16 @@
 """Perception that is given the labels: a simulator's truth or an annotated data set."""
 
-from typing import ClassVar
-
 from torc.errors import InputError
 from torc.perception.protocol import Wanted
 from torc.perception.segmentation import PerceptionConfig, segment
 from torc.records import Observation, SegmentedScene
+from torc.registry.kinds import PerceptionTraits
 
 
-class LabelPerception:
+class LabelPerception(PerceptionTraits):
     """Takes the masks from the observation's own label image (the paper's privileged perception)."""
 
-    needs_labels: ClassVar[bool] = True
-    """It is shown the labels that the source of a snapshot knows."""
+    needs_labels = True
 
     def __init__(self, config: PerceptionConfig | None = None) -> None:
         self.config = PerceptionConfig() if config is None else config

@@ -8,6 +8,7 @@ from jaxtyping import UInt8
 
 from torc.errors import InputError
 from torc.records import Observation, SegmentedScene
+from torc.registry.kinds import DepthTraits
 
 Picture = UInt8[np.ndarray, "h w c"]
 
@@ -41,14 +42,11 @@ class Wanted:
 class Perception(Protocol):
     """Finds the objects of a snapshot.
 
-    A class may have these attributes: `needs_labels`, true if it is to be shown the labels that a snapshot's source
-    knows, a simulator's truth or an annotator's: others find the objects themselves, and `observation.label_image` is
-    None for them; `needs_pictures`, true if it knows the target by reference pictures, which a simulated trial takes
-    only then; and `reads_words`, true if the target's description tells it the target.
+    A class declares what it needs by `torc.registry.kinds.PerceptionTraits`.
 
-    It may also have a method `recognise(observation, mask, wanted, scene, object_id) -> float | None`: how surely what
-    the gripper holds is the target, from a snapshot after the lift and the pixels (h, w) of what is held, which may be
-    none; `object_id` is what it was in the latest `scene`. None: it cannot tell, and what it was believed to be stays.
+    It may also have a method `recognise(observation, mask, wanted, scene, object_id) -> float | None`: the probability
+    that the gripper holds the target, from a snapshot after the lift and the pixels (h, w) of the held object, maybe
+    none; `object_id` is its id in the latest `scene`. None if it cannot say: the belief before the lift then stays.
     """
 
     def perceive(
@@ -70,10 +68,7 @@ class Perception(Protocol):
 class Depth(Protocol):
     """Makes the depth image that the later stages read: as it is, mended, or from two pictures.
 
-    A class may have these attributes: `needs_pair`, true if it reads the observation's stereo pair, which a simulated
-    camera takes only then; `simulated_only`, true if it makes exact depth worse, which no real picture
-    needs; and `rough`, true if its depth has a sensor's errors, for which perception and occlusion volume have settings
-    of their own.
+    A class declares what it needs by `torc.registry.kinds.DepthTraits`.
     """
 
     def measure(self, observation: Observation) -> Observation:
@@ -81,7 +76,7 @@ class Depth(Protocol):
         ...
 
 
-class AsMeasured:
+class AsMeasured(DepthTraits):
     """Leaves the camera's depth as it is."""
 
     def measure(self, observation: Observation) -> Observation:

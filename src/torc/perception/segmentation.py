@@ -9,7 +9,13 @@ from jaxtyping import Bool, Float32, Int16, Int32
 from torc.errors import InputError
 from torc.geometry.pixels import finer
 from torc.geometry.transforms import kernel_array
-from torc.perception.kernels import estimate_normals, find_pieces, keep_background, keep_objects, lift_pixels
+from torc.perception.image_kernels import (
+    estimate_normals,
+    find_pieces,
+    keep_background,
+    keep_objects,
+    lift_pixels,
+)
 from torc.records import (
     BACKGROUND,
     MAX_OBJECTS,
@@ -19,10 +25,11 @@ from torc.records import (
     SegmentedObject,
     SegmentedScene,
 )
+from torc.registry.settings import ConfigTraits
 
 
 @dataclass(frozen=True)
-class PerceptionConfig:
+class PerceptionConfig(ConfigTraits):
     """How clouds are made.
 
     What is in pixels is meant for a picture of 640 x 480; see `at`.

@@ -5,7 +5,7 @@ collision check would believe.
 """
 
 from dataclasses import dataclass, replace
-from typing import ClassVar, Protocol
+from typing import Protocol
 
 import cv2
 import numpy as np
@@ -14,6 +14,7 @@ from jaxtyping import Float32, UInt8
 from torc.errors import InputError
 from torc.geometry.pixels import finer
 from torc.records import Observation, StereoPair
+from torc.registry.kinds import DepthTraits
 
 
 class StereoMatcher(Protocol):
@@ -100,13 +101,11 @@ def depth_of_disparity(
     return np.where(disparity_px > 0, depth, np.float32(0))
 
 
-class SgbmDepth:
+class SgbmDepth(DepthTraits):
     """The stage `--depth sgbm`: depth from the camera's two pictures by semi-global block matching."""
 
-    needs_pair: ClassVar[bool] = True
-    """A simulated camera takes both pictures."""
-    rough: ClassVar[bool] = True
-    """Perception and occlusion volume take their settings for real cameras."""
+    needs_pair = True
+    rough = True
 
     def __init__(self, config: SgbmConfig | None = None) -> None:
         self.config = SgbmConfig() if config is None else config

@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float, Float32, Int16, UInt8
 from PIL import Image
 
 from torc.errors import InputError
-from torc.files.pictures import eight_bit_picture
+from torc.io.pictures import eight_bit_picture
 from torc.perception.grab_cut import grab_cut
 from torc.records import KnownObject
 

@@ -8,7 +8,6 @@ there is no reading (Foix, Alenya and Torras 2011 review these errors).
 """
 
 from dataclasses import dataclass, replace
-from typing import ClassVar
 
 import cv2
 import numpy as np
@@ -16,6 +15,7 @@ from jaxtyping import Complex, Float32
 
 from torc.errors import InputError
 from torc.records import Observation
+from torc.registry.kinds import DepthTraits
 
 _LIGHT_SPEED = 299_792_458.0
 _SCATTER_SHARE = 0.12
@@ -49,13 +49,11 @@ class TofConfig:
             raise InputError("TofConfig: blur_px, scatter, noise_m and least must not be negative.")
 
 
-class TofDepth:
+class TofDepth(DepthTraits):
     """Depth with the errors of a time-of-flight camera."""
 
-    rough: ClassVar[bool] = True
-    """Perception and occlusion volume take their settings for real cameras."""
-    simulated_only: ClassVar[bool] = True
-    """It reads exact depth, which no camera gives."""
+    rough = True
+    simulated_only = True
 
     def __init__(self, config: TofConfig | None = None) -> None:
         self.config = TofConfig() if config is None else config

@@ -20,7 +20,7 @@ import numpy as np
 from torc.errors import InputError
 from torc.pipeline.failures import with_status
 from torc.records import TARGET_ID, GraspReport, GraspSet, GraspStatus
-from torc.task_planning.expected_picks import expected_picks
+from torc.task_planning.belief.costs import expected_picks
 
 
 def hold_back_unlikely(report: GraspReport, grasps: GraspSet, min_score: float) -> GraspReport:

@@ -4,8 +4,8 @@ from dataclasses import dataclass, replace
 from pkgutil import resolve_name
 from typing import Any
 
-from torc.errors import InputError, UnknownNameError
-from torc.fingerprints import part_source
+from torc.errors import InputError
+from torc.io.digests import part_source
 from torc.motion.config import MotionConfig
 from torc.motion.protocol import MotionPlanner
 from torc.occlusion.volume import FIXED_CAMERA, FIXED_REAL_CAMERA, OcclusionConfig
@@ -14,15 +14,16 @@ from torc.perception.protocol import Depth, Perception
 from torc.pipeline.better_bet import BetConfig
 from torc.pipeline.failures import FailureConfig
 from torc.pipeline.look import Pipeline
-from torc.plugins import load_part, make_part
+from torc.registry.context import BuildContext
+from torc.registry.kinds import CONFIGURED, DEPTHS, MOTION_PLANNERS, STAGES
+from torc.registry.loading import is_shipped, load_part, make_part
+from torc.registry.settings import changed, check_names, config_class, under
 from torc.robots.description import RobotDescription
 from torc.robots.gripper import GripperDescription
 from torc.robots.loading import load_robot, own_source
 from torc.specs.conditions import Conditions, PipelineSpec
-from torc.specs.settings import arguments, changed, config_class, under
-from torc.stages import CONFIGURED, STAGES
 from torc.workspace.description import Workspace
-from torc.workspace.files import load_workspace, own_workspace_source
+from torc.workspace.workspace_files import load_workspace, own_workspace_source
 
 
 @dataclass(frozen=True)
@@ -39,15 +40,15 @@ class System:
 def build_system(
     conditions: Conditions, workspace: Workspace | None = None, robot: RobotDescription | None = None
 ) -> System:
-    """All parts, made from their conditions; `workspace` and `robot` take the place of those that they name.
+    """Make all parts from their conditions; `workspace` and `robot` replace those that the conditions name.
 
-    Raises InputError for a part that is unknown or cannot be made, and for a setting that it has not.
+    Raises InputError for a part that is unknown or cannot be made, and for a setting that does not exist.
     """
     robot = load_robot(conditions.robot) if robot is None else robot
     workspace = load_workspace(conditions.workspace) if workspace is None else workspace
-    motion_planner = make_stage(conditions, "motion", robot=robot, workspace=workspace)
+    motion_planner = make_stage(conditions, "motion", BuildContext(robot=robot, workspace=workspace))
     pipeline = build_pipeline(conditions, robot, workspace, noisy=conditions.noise)
-    config = getattr(motion_planner, "config", None)
+    config = MOTION_PLANNERS.traits(motion_planner).config
     if isinstance(config, MotionConfig):
         pipeline = replace(pipeline, motion=config)
     return System(conditions, robot, workspace, pipeline, motion_planner)
@@ -72,18 +73,11 @@ def build_pipeline(
     if max_depth_m is not None:
         occlusion = replace(occlusion, max_depth_m=max_depth_m)
     gripper = robot.gripper if isinstance(robot, RobotDescription) else robot
-    support_z_m = workspace.support_z_m
+    context = BuildContext(gripper=gripper, support_z_m=workspace.support_z_m, workspace=workspace)
     return Pipeline(
         perception=seeing.perception,
         depth=seeing.depth,
-        grasp_planner=make_stage(
-            stages,
-            "grasps",
-            rough=seeing.rough,
-            gripper=gripper,
-            support_z_m=support_z_m,
-            workspace=workspace,
-        ),
+        grasp_planner=make_stage(stages, "grasps", context, rough=seeing.rough),
         robot=robot,
         workspace=workspace,
         noise=seeing.noise,
@@ -111,10 +105,11 @@ def build_seeing(
     stages: PipelineSpec, workspace: Workspace, *, noisy: bool = False, rough: bool = False
 ) -> SeeingParts:
     """The part of a pipeline that sees. As `build_pipeline`."""
-    depth = make_stage(stages, "depth", workspace=workspace)
-    rough = rough or noisy or getattr(depth, "rough", False)
+    context = BuildContext(workspace=workspace)
+    depth = make_stage(stages, "depth", context)
+    rough = rough or noisy or DEPTHS.traits(depth).rough
     return SeeingParts(
-        perception=make_stage(stages, "perception", rough=rough, workspace=workspace),
+        perception=make_stage(stages, "perception", context, rough=rough),
         depth=depth,
         noise=configured(stages, "noise", stereo_camera()) if noisy else None,
         occlusion=configured(stages, "occlusion", FIXED_REAL_CAMERA if rough else FIXED_CAMERA),
@@ -122,15 +117,13 @@ def build_seeing(
     )
 
 
-def make_stage(stages: PipelineSpec, stage: str, *, rough: bool = False, **offered: Any) -> Any:
-    """The part of a stage, see `torc.stages.STAGES`; what is `offered` goes to a part that has parameters of these
-    names. If its configuration has a class method `rough`, that makes it where depth has a sensor's errors.
-    """
-    kind, name = STAGES[stage], getattr(stages, stage)
-    settings, part = under(stages.settings, stage), load_part(kind, name)
-    rough_config = getattr(config_class(part), "rough", None) if rough else None
-    default = None if rough_config is None else rough_config()
-    return make_part(kind, name, arguments(part, settings, stage, default), offered)
+def make_stage(
+    stages: PipelineSpec, stage: str, context: BuildContext | None = None, *, rough: bool = False
+) -> Any:
+    """Make the part of a stage of `STAGES`. Raises as `make_part`."""
+    return make_part(
+        STAGES[stage], getattr(stages, stage), under(stages.settings, stage), context, rough=rough
+    )
 
 
 def configured(stages: PipelineSpec, stage: str, default: Any) -> Any:
@@ -139,36 +132,38 @@ def configured(stages: PipelineSpec, stage: str, default: Any) -> Any:
 
 
 def check_settings(stages: PipelineSpec, noisy: bool) -> None:
-    """Raises InputError for settings of what there is not, or of what is not used."""
-    known = [*STAGES, *CONFIGURED]
-    for path in stages.settings:
-        stage, dot, _ = path.partition(".")
-        if stage not in known or not dot:
-            raise UnknownNameError("stage in the setting", path, [f"{s}." for s in known])
+    """Raise UnknownNameError for a setting that its stage does not have, InputError for a setting that is not used.
+
+    Loads the parts that have settings, and no others.
+    """
     if not noisy and under(stages.settings, "noise"):
         raise InputError("There are settings of the noise, but no noise: add --noise.")
+    for stage in dict.fromkeys(path.partition(".")[0] for path in stages.settings):
+        settings = under(stages.settings, stage)
+        if stage in STAGES:
+            check_names(load_part(STAGES[stage], getattr(stages, stage)), settings, stage)
+        else:
+            changed(default_config(stage), settings, stage)
 
 
 def sources(conditions: Conditions) -> dict[str, str]:
-    """Fingerprints of what does not come with torc, by field of the conditions. Raises InputError for unknown parts."""
+    """Return fingerprints of what does not come with torc, by field of the conditions. Raises InputError for unknown
+    parts.
+    """
     found = {"robot": own_source(conditions.robot), "workspace": own_workspace_source(conditions.workspace)}
     for stage, kind in STAGES.items():
-        if (name := getattr(conditions, stage)) not in kind.built_in:
-            part = load_part(kind, name)
-            found[stage] = "" if kind.ships(name) else part_source(part)
+        if not is_shipped(kind, name := getattr(conditions, stage)):
+            found[stage] = part_source(load_part(kind, name))
     return {name: source for name, source in found.items() if source}
 
 
-def stage_configs() -> dict[str, Any]:
-    """The configuration of each shipped stage, as it is without settings; that of its default part, if it can be
-    exchanged.
+def default_config(stage: str) -> Any:
+    """Return the configuration of a stage as it is without settings: that of its default part, if it is exchangeable.
+
+    None for a part without a configuration of its own.
     """
-    found: dict[str, Any] = {}
-    for stage, kind in STAGES.items():
-        config = config_class(load_part(kind, next(iter(kind.built_in))))
-        if config is not None:
-            found[stage] = config()
-    for stage, path in CONFIGURED.items():
-        value = resolve_name(path)
-        found[stage] = value() if callable(value) else value
-    return found
+    if stage in STAGES:
+        config = config_class(load_part(STAGES[stage], getattr(Conditions(), stage)))
+        return None if config is None else config()
+    value = resolve_name(CONFIGURED[stage])
+    return value() if callable(value) else value

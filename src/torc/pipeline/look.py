@@ -7,15 +7,15 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from torc.collision.world import CollisionWorld, build_collision_world
+from torc.collision.collision_world import CollisionWorld, build_collision_world
 from torc.errors import InputError
-from torc.grasping.asking import ask_grasp_planner
+from torc.grasping.checked_grasps import ask_grasp_planner
 from torc.grasping.protocol import GraspPlanner
 from torc.grasping.validity import evaluate_grasps, evaluate_grasps_without_robot
 from torc.motion.config import MotionConfig
 from torc.motion.executable import without_lines
 from torc.occlusion.volume import FIXED_CAMERA, OcclusionConfig, update_volume
-from torc.perception.asking import ask_depth, ask_perception
+from torc.perception.checked_scenes import ask_depth, ask_perception
 from torc.perception.noise import NoiseConfig, add_sensor_noise
 from torc.perception.protocol import AsMeasured, Depth, Perception, Wanted
 from torc.pipeline.better_bet import BetConfig, hold_back_unlikely, hold_back_worse_bets
@@ -149,9 +149,7 @@ class Pipeline:
         clock = StageClock()
         with clock.stage("perceive"):
             observation = self.measured(observation, stage_rng(seed, state.pick, "noise"))
-            blind = not getattr(self.perception, "needs_labels", False)
-            shown = replace(observation, label_image=None) if blind else observation
-            scene = ask_perception(self.perception, shown, wanted, state.scene)
+            scene = ask_perception(self.perception, observation, wanted, state.scene)
         with clock.stage("occlusion"):
             volume = update_volume(state.volume, scene, self.occlusion)
             scene = _reported(scene)
@@ -186,9 +184,19 @@ class Pipeline:
             report = hold_back_unlikely(report, grasps, self.min_score)
             if self.min_score > 0:
                 report = hold_back_worse_bets(report, grasps, picks_left, self.bets)
-        told = wanted.description, history, picks_left, tuple((labels or {}).items()), wanted.size_m
         gripper = self.robot.gripper if isinstance(self.robot, RobotDescription) else self.robot
-        context = PlanningContext(scene, volume, grasps, report, *told, gripper.hand)
+        context = PlanningContext(
+            scene=scene,
+            volume=volume,
+            grasps=grasps,
+            report=report,
+            target_description=wanted.description,
+            history=history,
+            picks_left=picks_left,
+            labels=tuple((labels or {}).items()),
+            target_size_m=wanted.size_m,
+            hand=gripper.hand,
+        )
         return Look(context, view.observation, view.world, view.seconds | clock.seconds)
 
     def measured(self, observation: Observation, rng: np.random.Generator) -> Observation:

@@ -4,6 +4,7 @@ A rehearsal uses every kernel of the given parts once, on a made-up snapshot, so
 of what is compiled, counts as planning time later. It is short where all is cached.
 """
 
+import sys
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -13,7 +14,7 @@ import numpy as np
 from jaxtyping import Float
 from numba.core import event
 
-from torc.collision.kernels import contacts_batch
+from torc.collision.contact_kernels import contacts_batch
 from torc.geometry.transforms import make_pose
 from torc.perception.stereo import made_up_pair
 from torc.pipeline.look import Look, Pipeline
@@ -24,8 +25,9 @@ from torc.workspace.description import Workspace
 MESSAGE = "Compiling numerical kernels: a minute or more, once; they are cached for the next time."
 
 
-def announced_compilation(say: Callable[[str], None]) -> AbstractContextManager[None]:
-    """Says MESSAGE as soon as something has to be compiled within."""
+def announced_compilation(say: Callable[[str], None] | None = None) -> AbstractContextManager[None]:
+    """Say MESSAGE as soon as something has to be compiled within; on stderr by default."""
+    say = say or (lambda text: print(text, file=sys.stderr, flush=True))
     return event.install_listener("numba:compile", _Announcer(say))
 
 
@@ -47,7 +49,7 @@ class _Announcer(event.Listener):
 def kernel_cache() -> tuple[Path, bool]:
     """Where numba keeps what it compiled of torc, and whether there is something yet."""
     path = Path(contacts_batch.stats.cache_path or ".")
-    return path, any(path.glob("kernels.contacts_batch-*.nbi"))
+    return path, any(path.glob("contact_kernels.contacts_batch-*.nbi"))
 
 
 def rehearse_look(pipeline: Pipeline, qpos: Float[np.ndarray, "dof"] | None = None) -> Look:

@@ -21,8 +21,8 @@ from typing import Any
 import yaml
 
 from torc.errors import InputError, UnknownNameError
-from torc.files.reading import read_text
 from torc.geometry.transforms import Pose, make_pose, rotation_from_wxyz
+from torc.io.reading import read_text
 from torc.objects.models import Quat, Vec3
 from torc.problems.schema import FORMAT, Category, Scalar, read_problem_file
 from torc.problems.sets import is_problem_set, problem_names, shipped_path

@@ -9,11 +9,11 @@ import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, field_validator
 
 from torc.errors import InputError
-from torc.files.strict_yaml import Number, explain_faults, parse_plain_yaml, printable
+from torc.io.strict_yaml import Number, explain_faults, parse_plain_yaml, printable
 from torc.objects.library import has_object, object_names
 from torc.objects.models import Quat, Vec3
 from torc.records.camera import MAX_OBJECTS
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 FORMAT = "torc-problem/1"
 MAX_BYTES = 64_000

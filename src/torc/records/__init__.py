@@ -2,6 +2,8 @@
 
 from torc.records.camera import BACKGROUND, MAX_OBJECTS, ROBOT, TARGET_ID, Observation, StereoPair
 from torc.records.decisions import Decision, Exchange, Hand, PlanningContext
+from torc.records.evidence import BeliefEvidence, Certainty, Corrections, Evidence, ModelEvidence
+from torc.records.graph import DependencyEdge, DependencyGraph, DependencyNode, EdgeKind
 from torc.records.grasps import GraspReport, GraspSet, GraspStatus
 from torc.records.outcomes import FeltOutcome, PickOutcome, PickResult, Touch
 from torc.records.plans import PickPlan, PlanFailure, PlanStage, Trajectory
@@ -14,7 +16,15 @@ __all__ = [
     "MAX_OBJECTS",
     "ROBOT",
     "TARGET_ID",
+    "BeliefEvidence",
+    "Certainty",
+    "Corrections",
     "Decision",
+    "DependencyEdge",
+    "DependencyGraph",
+    "DependencyNode",
+    "EdgeKind",
+    "Evidence",
     "Exchange",
     "FeltOutcome",
     "GraspReport",
@@ -22,6 +32,7 @@ __all__ = [
     "GraspStatus",
     "Hand",
     "KnownObject",
+    "ModelEvidence",
     "Observation",
     "OcclusionVolume",
     "PickOutcome",

@@ -1,14 +1,13 @@
 """What a task planner sees and what it answers."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
-from types import MappingProxyType
 from typing import Any
 
-from torc.records.grasps import GraspReport, GraspSet
+from torc.io.record_files import ASIDE, to_plain
+from torc.records.evidence import Evidence
+from torc.records.grasps import GraspReport, GraspSet, GraspStatus
 from torc.records.outcomes import PickOutcome
 from torc.records.scene import SegmentedScene
-from torc.records.serialization import ASIDE
 from torc.records.volume import OcclusionVolume
 
 
@@ -48,6 +47,20 @@ class PlanningContext:
     target_size_m: tuple[float, float] | None = None
     hand: Hand | None = None
 
+    @property
+    def graspable_ids(self) -> tuple[int, ...]:
+        """Ids of the visible objects with a valid grasp, rising: what a planner may name."""
+        return tuple(k for k in self.report.graspable_ids if k in self.scene.ids)
+
+    def p(self, object_id: int) -> float:
+        """The probability that the object's best valid grasp delivers it; 0 if it has no valid grasp."""
+        valid = (self.grasps.object_ids == object_id) & (self.report.status == GraspStatus.VALID)
+        return float(self.grasps.scores[valid].max(initial=0.0))
+
+    def hidden_volume_m3(self, object_id: int) -> float:
+        """The unseen volume that the object hides, in cubic metres."""
+        return self.volume.hidden_volume_m3(object_id)
+
     def called(self, object_id: int) -> str:
         """What a reason calls an object: the user's label of it, or its id where there are no labels.
 
@@ -79,7 +92,7 @@ class Decision:
         is_target: the chooser takes the object for the target, which perception did not recognise: bringing it ends
             the episode. Where perception is given the objects' true ids, this says nothing.
         exchanges: every prompt and reply.
-        evidence: plain data (JSON-compatible) that explains the choice, e.g. the dependency graph.
+        evidence: what the choice rests on, e.g. the dependency graph.
         pictures: PNG files that the chooser was sent, the same in every exchange; kept beside the log, not in it.
     """
 
@@ -89,5 +102,10 @@ class Decision:
     give_up: bool = False
     is_target: bool = False
     exchanges: tuple[Exchange, ...] = ()
-    evidence: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+    evidence: Evidence = field(default_factory=Evidence)
     pictures: tuple[bytes, ...] = field(default=(), repr=False, metadata=ASIDE)
+
+    def to_plain(self) -> dict[str, Any]:
+        """JSON-compatible data, without the pictures; `is_target` only if it is set."""
+        plain = to_plain(self) | {"evidence": self.evidence.to_plain()}
+        return plain if self.is_target else {k: v for k, v in plain.items() if k != "is_target"}

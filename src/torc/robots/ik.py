@@ -20,7 +20,7 @@ from torc.robots.ik_offset_wrist import detect_offset_wrist, offset_wrist_ik_ker
 from torc.robots.ik_parallel import detect_parallel, parallel_ik_kernel
 from torc.robots.ik_ranking import add_turns, rank_solutions, wrap_into_limits
 from torc.robots.ik_srs import detect_srs, srs_ik_kernel
-from torc.robots.kernels import jacobian_kernel, link_poses_kernel, pose_error
+from torc.robots.kinematics_kernels import jacobian_kernel, link_poses_kernel, pose_error
 
 DISTINCT_RAD = 0.02
 """Solutions closer than this in every joint count as the same: redundant arms have a continuum of them."""

@@ -29,7 +29,7 @@ from torc.robots.ik_subproblems import (
     split_rotation,
     turns_to_plane,
 )
-from torc.robots.kernels import rotate_about
+from torc.robots.kinematics_kernels import rotate_about
 
 FINER = 8
 """Times as many last angles are tried for a pose that seems out of reach."""

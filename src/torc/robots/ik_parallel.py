@@ -27,7 +27,7 @@ from torc.robots.ik_subproblems import (
     matmul,
     turns_to_plane,
 )
-from torc.robots.kernels import rotate_about
+from torc.robots.kinematics_kernels import rotate_about
 
 ParallelStructure = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 """At q = 0, world frame: axes (6, 3), a point on each (6, 3), where the last two meet (3,), inverse flange pose

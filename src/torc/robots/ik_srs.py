@@ -26,7 +26,7 @@ from torc.robots.ik_subproblems import (
     shortest_rotation,
     split_rotation,
 )
-from torc.robots.kernels import rotate_about
+from torc.robots.kinematics_kernels import rotate_about
 
 FINER = 8
 """Times as many swivel angles are tried for a pose that seems out of reach."""

@@ -10,8 +10,8 @@ from numba import njit
 
 from torc.geometry.transforms import Pose, invert
 from torc.robots.description import ArmDescription
-from torc.robots.kernels import rotate_about
 from torc.robots.kinematics import link_poses
+from torc.robots.kinematics_kernels import rotate_about
 
 
 def joint_lines(

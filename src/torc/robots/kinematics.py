@@ -5,7 +5,7 @@ from jaxtyping import Float
 
 from torc.geometry.transforms import Pose, kernel_array
 from torc.robots.description import ArmDescription, RobotDescription
-from torc.robots.kernels import link_poses_kernel
+from torc.robots.kinematics_kernels import link_poses_kernel
 
 
 def link_poses(arm: ArmDescription, qpos: Float[np.ndarray, "n dof"]) -> Float[np.ndarray, "n links 4 4"]:

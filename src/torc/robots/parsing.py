@@ -15,8 +15,8 @@ import mujoco
 import numpy as np
 
 from torc.errors import InputError
-from torc.fingerprints import fingerprint
 from torc.geometry.transforms import invert
+from torc.io.digests import fingerprint
 from torc.robots.description import ArmDescription, RobotDescription
 from torc.robots.gripper_parsing import parse_gripper
 from torc.robots.model import Model

@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Float
 
 from torc.errors import InputError
-from torc.files.reading import read_text
+from torc.io.reading import read_text
 from torc.robots.description import RobotDescription
 from torc.robots.kinematics import sphere_centers
 

@@ -3,16 +3,16 @@
 from pathlib import Path
 from typing import Annotated, Literal
 
-import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from torc.errors import InputError
-from torc.files.reading import read_text
-from torc.files.strict_yaml import Number
+from torc.io.reading import read_text
+from torc.io.strict_yaml import Number, explain_faults, parse_plain_yaml
 from torc.robots.names import DATA
 
 EXAMPLE = DATA / "sda10f_2f85" / "sda10f_2f85.yaml"
 """A shipped robot file, to compare with."""
+MAX_BYTES = 256_000
 Names = Annotated[list[str], Field(min_length=1)]
 Positive = Annotated[Number, Field(gt=0.0)]
 RobotName = Annotated[str, Field(pattern=r"^\w[\w .+-]{0,63}$")]
@@ -89,15 +89,13 @@ class RobotFile(_Strict):
 
 def read_robot_file(path: Path) -> RobotFile:
     """The parsed file. Raises InputError naming file and field."""
+    remedy = f"Compare it with a shipped one: {EXAMPLE}."
     try:
-        content = yaml.safe_load(read_text(path))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        text = read_text(path)
+    except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"Cannot read the robot file {path}: {error}") from error
+    content = parse_plain_yaml(text, str(path), "robot", MAX_BYTES, remedy)
     try:
         return RobotFile.model_validate(content)
     except ValidationError as error:
-        lines = [f"  {'.'.join(map(str, e['loc'])) or 'file'}: {e['msg']}" for e in error.errors()]
-        text = "\n".join(lines)
-        raise InputError(
-            f"{path} is not a valid robot file:\n{text}\nCompare it with a shipped one: {EXAMPLE}."
-        ) from error
+        raise InputError(f"{path} is not a valid robot file:\n{explain_faults(error)}\n{remedy}") from error

@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Bool
 
 from torc.geometry.transforms import rotation_from_wxyz
-from torc.sim.world import World
+from torc.sim.simulated_world import World
 
 
 def filled_voxels(world: World) -> Bool[np.ndarray, "nx ny nz"]:

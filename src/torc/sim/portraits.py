@@ -11,10 +11,10 @@ from torc.problems.problem import ObjectPlacement, Problem
 from torc.records import TARGET_ID
 from torc.sim.rendering import CameraRenderer
 from torc.sim.settling import run
+from torc.sim.simulated_world import World, build_world
 from torc.sim.spec import WorldConfig
-from torc.sim.world import World, build_world
 from torc.workspace.description import CameraMount
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 _FOV_RAD = 0.5
 _AZIMUTH_RAD = (0.18, 0.06)

@@ -14,7 +14,7 @@ from torc.records import BACKGROUND
 from torc.sim.closing import Closing
 from torc.sim.gl import BACKENDS, borrow_context, gl_backend, return_context
 from torc.sim.raycasting import cast, pixel_directions, shade
-from torc.sim.world import World
+from torc.sim.simulated_world import World
 from torc.workspace.description import CameraMount
 
 _NEAR_M, _FAR_M, _MAX_DEPTH_M = 0.02, 30.0, 10.0

@@ -24,10 +24,10 @@ from torc.sim.closing import Closing
 from torc.sim.contacts import ContactReader
 from torc.sim.rendering import CameraRenderer, View
 from torc.sim.settling import SettleConfig
+from torc.sim.simulated_world import Presence, World
 from torc.sim.state import refresh, restore_state, save_state
 from torc.sim.stepping import Observer, Stepper, StepperState
 from torc.sim.stereo_camera import StereoRig, stereo_pair
-from torc.sim.world import Presence, World
 
 _NOISE = 455
 """Of the stereo camera: first number of its seed."""

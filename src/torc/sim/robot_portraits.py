@@ -9,8 +9,8 @@ from torc.objects.library import load_object
 from torc.problems.problem import ObjectPlacement, Problem
 from torc.robots.description import RobotDescription
 from torc.sim.rendering import CameraRenderer
+from torc.sim.simulated_world import build_world
 from torc.sim.spec import COLLISION_GROUP, VISUAL_GROUP
-from torc.sim.world import build_world
 from torc.workspace.description import CameraMount, Workspace
 
 _EYE_M, _FOV_RAD = (1.6, -2.0, 1.3), 0.85

@@ -7,9 +7,9 @@ import numpy as np
 from jaxtyping import Float
 
 from torc.problems.problem import Problem
+from torc.sim.simulated_world import Presence, World, build_world
 from torc.sim.spec import WorldConfig
 from torc.sim.watchdog import Watchdog
-from torc.sim.world import Presence, World, build_world
 from torc.workspace.description import Box, Workspace
 
 UNSEEN = WorldConfig(surfaces=False)

@@ -5,7 +5,7 @@ import numpy as np
 from jaxtyping import Float
 
 from torc.errors import InputError
-from torc.sim.world import World, put_to_sleep
+from torc.sim.simulated_world import World, put_to_sleep
 
 _PARTS = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 _WARNINGS = int(mujoco.mjtWarning.mjNWARNING)

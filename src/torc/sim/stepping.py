@@ -4,8 +4,8 @@ from collections.abc import Callable
 
 import mujoco
 
+from torc.sim.simulated_world import World
 from torc.sim.watchdog import Watchdog
-from torc.sim.world import World
 
 Observer = Callable[[World], None]
 """Looks at the world now and then, e.g. to record a video; must change nothing."""

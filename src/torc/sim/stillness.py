@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from torc.sim.settling import run
-from torc.sim.world import World
+from torc.sim.simulated_world import World
 
 
 @dataclass(frozen=True)

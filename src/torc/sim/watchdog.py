@@ -5,7 +5,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from torc.errors import PhysicsError
-from torc.sim.world import World
+from torc.sim.simulated_world import World
 
 _BAD_NUMBERS = (
     mujoco.mjtWarning.mjWARN_BADQPOS,

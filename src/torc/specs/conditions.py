@@ -5,11 +5,12 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
-from torc.errors import InputError
-from torc.files.numbers import plain_values, take_numbers
-from torc.plugins import short_part_name
+from torc.errors import InputError, UnknownNameError
+from torc.io.numbers import plain_values, take_numbers
+from torc.registry.kinds import CONFIGURED, STAGES
+from torc.registry.loading import short_part_name
+from torc.registry.settings import Settings
 from torc.robots.names import DEFAULT_ROBOT
-from torc.specs.settings import Settings
 
 DEFAULT_MIN_SCORE = 0.25
 """At .25 three of four tries fail, and leave the object further away or lying down."""
@@ -24,15 +25,11 @@ class PipelineSpec:
     """
 
     depth: str = "as-measured"
-    """Depth: as-measured (what the camera gives; exact in simulation); from the two pictures of a stereo camera by sgbm
-    (semi-global block matching), onnx (a learned matcher in a file) or network (one behind a server); tof (with the
-    errors of a time-of-flight camera, in simulation); or your own as module:Class or path/to/file.py:Class."""
+    """Depth: where the depth image comes from."""
     perception: str = "labels"
-    """Perception: labels (masks that come with the picture; a frame without them is read by embedded), embedded (torc's
-    own eyes), regions (the same by hand-written rules), grounded-sam2, sam3 (large networks of others), network (masks
-    by a server), or your own."""
+    """Perception: what finds the objects."""
     grasps: str = "geometric"
-    """Grasp planner: geometric, graspgenx or contact-graspnet (candidates by a server), or your own."""
+    """Grasp planner."""
     min_score: float = DEFAULT_MIN_SCORE
     """Grasps that are less likely to deliver wait until no object has a better one; 0 keeps to the paper."""
     settings: Settings = field(default_factory=dict)
@@ -44,6 +41,11 @@ class PipelineSpec:
         if not 0.0 <= self.min_score <= 1.0:
             raise InputError(f"--min-score {self.min_score} is no probability, from 0 to 1.")
         object.__setattr__(self, "min_score", float(self.min_score))
+        stages = [*(f.name for f in fields(self) if f.name in STAGES), *CONFIGURED]
+        for path in self.settings:
+            stage, dot, _ = path.partition(".")
+            if stage not in stages or not dot:
+                raise UnknownNameError("stage in the setting", path, [f"{s}." for s in stages])
         object.__setattr__(self, "settings", plain_values(dict(sorted(self.settings.items()))))
 
 
@@ -54,13 +56,13 @@ class Conditions(PipelineSpec):
     """
 
     camera: str = "simulated"
-    """Camera: simulated, or your own."""
+    """Camera. A simulated trial takes `simulated`, or your own that looks through it."""
     motion: str = "sampling"
-    """Motion planner: sampling, curobo (free motions by a server), or your own."""
+    """Motion planner."""
     robot: str = DEFAULT_ROBOT
     """Robot: sda10f_2f85, ur5e_2f85, panda_hand, or a robot description file of your own (docs/robots.md)."""
     workspace: str = DEFAULT_WORKSPACE
-    """Table, bin and camera pose: paper, or a workspace file of your own (docs/workspaces.md)."""
+    """Table, bin and camera pose: paper, or a workspace file of your own (docs/robots.md)."""
     noise: bool = False
     """Add the noise of a stereo camera: depth errors that grow with distance, lost edges, eroded masks."""
     friction: float = 1.0

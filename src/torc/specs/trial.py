@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Any
 
 from torc.errors import InputError
-from torc.files.numbers import plain_values, take_numbers
-from torc.plugins import short_part_name
+from torc.io.numbers import plain_values, take_numbers
+from torc.registry.loading import short_part_name
+from torc.registry.settings import Settings
 from torc.specs.conditions import Conditions
-from torc.specs.settings import Settings
 from torc.vlm.config import VlmConfig
 
 SIMULATED = "simulated "

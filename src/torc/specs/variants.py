@@ -9,8 +9,8 @@ from typing import Any
 import yaml
 
 from torc.errors import InputError, UnknownNameError
+from torc.registry.settings import Settings
 from torc.specs.conditions import Conditions
-from torc.specs.settings import Settings
 
 
 def variants(sweeps: Sequence[str]) -> list[dict[str, Any]]:

@@ -2,18 +2,24 @@
 
 import heapq
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
 from torc.occlusion.volume import hidden_volumes_m3
-from torc.records import Decision, PlanningContext
-from torc.task_planning.graph import DependencyEdge, DependencyGraph, EdgeKind
+from torc.records import (
+    Certainty,
+    Decision,
+    DependencyEdge,
+    DependencyGraph,
+    EdgeKind,
+    Evidence,
+    PlanningContext,
+)
+from torc.registry.kinds import TaskPlannerTraits
 from torc.task_planning.graph_building import build_dependency_graph
 from torc.task_planning.paths import PathConfig, SinkProbabilities, rehearse_paths, sink_probabilities
-from torc.task_planning.random_choice import graspable_ids
 from torc.task_planning.relations import RelationConfig, find_relations
 
 _TIE_DIGITS = 9
@@ -33,7 +39,7 @@ class DgSelectConfig:
     paths: PathConfig = field(default_factory=PathConfig)
 
 
-class DgSelectPlanner:
+class DgSelectPlanner(TaskPlannerTraits):
     """Builds the dependency graph and takes the most probable sink with a valid grasp."""
 
     name = "dg-select"
@@ -69,7 +75,7 @@ def decide_by_graph(
     possible, then as for ties); no object, if nothing visible is graspable.
     """
     probabilities = graph_probabilities(graph, config)
-    graspable = graspable_ids(context)
+    graspable = context.graspable_ids
     preference = _preference(context)
     likely = [k for k in graspable if k in probabilities.sinks and probabilities[k] > 0]
     if not graspable:
@@ -91,7 +97,15 @@ def decide_by_graph(
             f"Pick {context.called(chosen)}: nothing that the target waits for has a valid grasp; of the "
             f"{len(graspable)} objects that have one, it has the most or is the nearest."
         )
-    return Decision(chosen, reason, evidence=_evidence(graph, probabilities, likely, rule))
+    certainty = Certainty(
+        exact=probabilities.exact,
+        decided=probabilities.decided_among(tuple(likely)),
+        bound_hit=probabilities.bound_hit,
+        upper=dict(zip(probabilities.sinks, probabilities.upper)),
+        lost=probabilities.lost,
+    )
+    lower = dict(zip(probabilities.sinks, probabilities.lower))
+    return Decision(chosen, reason, evidence=Evidence(rule, graph, lower, certainty))
 
 
 def _preference(context: PlanningContext) -> dict[int, tuple[int, float, int]]:
@@ -102,25 +116,6 @@ def _preference(context: PlanningContext) -> dict[int, tuple[int, float, int]]:
         o.id: float(np.linalg.norm(np.median(o.points, axis=0) - camera)) for o in context.scene.objects
     }
     return {k: (-valid.get(k, 0), round(distance[k], 4), k) for k in context.scene.ids}
-
-
-def _evidence(
-    graph: DependencyGraph, probabilities: SinkProbabilities, likely: list[int], rule: str
-) -> Mapping[str, Any]:
-    """Plain data: `probabilities` are exact, or lower bounds with `certainty.upper` above them; keys are ids."""
-    ids = [str(k) for k in probabilities.sinks]
-    return {
-        "rule": rule,
-        "probabilities": dict(zip(ids, probabilities.lower)),
-        "certainty": {
-            "exact": probabilities.exact,
-            "decided": probabilities.decided_among(tuple(likely)),
-            "bound_hit": probabilities.bound_hit,
-            "upper": dict(zip(ids, probabilities.upper)),
-            "lost": probabilities.lost,
-        },
-        "graph": graph.to_dict(),
-    }
 
 
 def explain(

@@ -2,14 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from types import MappingProxyType
 
 import numpy as np
 
 from torc.errors import InputError
 from torc.occlusion.volume import hidden_near_m3, hidden_volumes_m3
 from torc.records import TARGET_ID, PlanningContext, SegmentedScene
-from torc.task_planning.graph import DependencyEdge, DependencyGraph, DependencyNode, EdgeKind
+from torc.records.derived import once
+from torc.records.graph import DependencyEdge, DependencyGraph, DependencyNode, EdgeKind
 from torc.task_planning.relations import RelationConfig, find_relations
 
 _REACH_M = 0.05
@@ -23,7 +23,7 @@ def build_dependency_graph(
     config: RelationConfig | None = None,
     relations: Sequence[DependencyEdge] | None = None,
 ) -> DependencyGraph:
-    """The dependency graph of a scene, with the authors' precedence of edges.
+    """Build the dependency graph of a scene, with the authors' precedence of edges; once for each context and config.
 
     A node keeps its 'below' edges only, if it has any; else none if it has a valid grasp; else those of the objects
     that block its grasps, if any are blocked; else its 'behind' edges. An object whose grasps fail only for other
@@ -45,14 +45,19 @@ def build_dependency_graph(
 
     Raises InputError for relations between objects that are not visible.
     """
+    if relations is not None:
+        return _built(context, relations)
+    config = RelationConfig() if config is None else config
+    return once(context, ("graph", config), lambda: _built(context, find_relations(context.scene, config)))
+
+
+def _built(context: PlanningContext, relations: Sequence[DependencyEdge]) -> DependencyGraph:
     scene, report = context.scene, context.report
     hidden = scene.target_id is None
     if hidden and TARGET_ID in scene.ids:
         raise InputError(
             f"Object {TARGET_ID} is visible, but the scene's target is not. Id {TARGET_ID} is the target's."
         )
-    if relations is None:
-        relations = find_relations(scene, config)
     for r in relations:
         if r.source not in scene.ids or r.target not in scene.ids or r.source == r.target:
             raise InputError(
@@ -104,7 +109,7 @@ def _blocking(node: DependencyNode, context: PlanningContext) -> list[Dependency
             k,
             EdgeKind.GRASP_BLOCKING,
             n / total,
-            MappingProxyType({"blocks": n, "blocked_grasps": node.blocked_grasps}),
+            {"blocks": n, "blocked_grasps": node.blocked_grasps},
         )
         for k, n in counts.items()
     ]
@@ -116,7 +121,7 @@ def _hidden_by(context: PlanningContext) -> list[DependencyEdge]:
     volumes = hidden_volumes_m3(context.volume, ids)
     if volumes.sum() > 0:
         return _by_volume(TARGET_ID, ids, volumes)
-    nothing = MappingProxyType({"hidden_volume_m3": 0.0})
+    nothing = {"hidden_volume_m3": 0.0}
     return [DependencyEdge(TARGET_ID, k, EdgeKind.HIDDEN_BY, 1 / len(ids), nothing) for k in ids]
 
 
@@ -138,7 +143,7 @@ def _or_in_sight(edges: list[DependencyEdge], scene: SegmentedScene) -> list[Dep
         if k in p:
             evidence["target_p"] = round(p[k], 4)
         kind = EdgeKind.HIDDEN_BY if share > p.get(k, 0.0) else EdgeKind.MAY_BE
-        found.append(DependencyEdge(TARGET_ID, k, kind, both, MappingProxyType(evidence)))
+        found.append(DependencyEdge(TARGET_ID, k, kind, both, evidence))
     return found
 
 
@@ -159,7 +164,7 @@ def _by_volume(target: int, ids: tuple[int, ...], volumes: np.ndarray) -> list[D
             k,
             EdgeKind.HIDDEN_BY,
             float(v / volumes.sum()),
-            MappingProxyType({"hidden_volume_m3": round(float(v), 9)}),
+            {"hidden_volume_m3": round(float(v), 9)},
         )
         for k, v in zip(ids, volumes)
         if v > 0

@@ -16,7 +16,7 @@ class TaskPlanner(Protocol):
     - `decide` names an object that is visible and has a valid grasp, or None when it found no such choice;
     - it asks its chooser (a model, a person) at most MAX_ATTEMPTS times, and says how often in `attempts`;
     - all its randomness comes from `rng`; the context is read only;
-    - `evidence` is plain data that `json.dumps` accepts.
+    - `evidence.notes` is plain data that `json.dumps` accepts.
 
     A planner with numba kernels of its own may have a second method, `warm_up(context)`: it is called before a trial,
     with a made-up context, to use each kernel once, so that no compilation counts as the time of a decision.

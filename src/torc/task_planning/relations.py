@@ -6,7 +6,6 @@ to the other object, and lie lower than the point of it that is closest.
 """
 
 from dataclasses import dataclass
-from types import MappingProxyType
 
 import numpy as np
 from jaxtyping import Float32, Int32, Int64
@@ -14,7 +13,8 @@ from jaxtyping import Float32, Int32, Int64
 from torc.errors import InputError
 from torc.geometry.transforms import kernel_array
 from torc.records import SegmentedScene
-from torc.task_planning.graph import DependencyEdge, EdgeKind
+from torc.records.derived import once
+from torc.records.graph import DependencyEdge, EdgeKind
 from torc.task_planning.relation_kernels import measure_boundaries, nearby_labels
 
 _AUTHORS_ROWS = 1080
@@ -78,6 +78,10 @@ def needed_support(rows: int, config: RelationConfig) -> float:
 def find_adjacencies(scene: SegmentedScene, config: RelationConfig | None = None) -> tuple[Adjacency, ...]:
     """All pairs of visible objects whose masks meet, with depth on both sides, by rising ids."""
     config = RelationConfig() if config is None else config
+    return once(scene, ("adjacencies", config), lambda: _adjacencies(scene, config))
+
+
+def _adjacencies(scene: SegmentedScene, config: RelationConfig) -> tuple[Adjacency, ...]:
     ids = scene.ids
     if len(ids) < 2:
         return ()
@@ -142,7 +146,7 @@ def _relation(pair: Adjacency, kind: EdgeKind, first_is_source: bool) -> Depende
         "below_support": pair.below_support[s],
         "below_support_reversed": pair.below_support[t],
     }
-    return DependencyEdge(ids[s], ids[t], kind, evidence=MappingProxyType(evidence))
+    return DependencyEdge(ids[s], ids[t], kind, evidence=evidence)
 
 
 def _disk(radius_px: float) -> Int64[np.ndarray, "m 2"]:

@@ -2,14 +2,15 @@
 
 import numpy as np
 
-from torc.perception.asking import ask_camera
+from torc.perception.checked_scenes import ask_camera
+from torc.registry.kinds import CAMERAS
 from torc.robots.protocols import Camera
-from torc.testing.conformance import require, unit_faults
+from torc.testing.conformance import require, trait_faults, unit_faults
 
 
 def check_camera(camera: Camera) -> None:
     """Takes two snapshots of a scene at rest. Raises NonConformanceError naming what was broken, or PartError."""
-    found = []
+    found = trait_faults(CAMERAS, camera)
     for observation in (ask_camera(camera), ask_camera(camera)):
         height, width = observation.depth_m.shape
         K, T = observation.K, observation.T_world_camera

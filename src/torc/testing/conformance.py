@@ -1,5 +1,6 @@
 """What the conformance suites have in common."""
 
+import difflib
 import pickle
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -8,7 +9,9 @@ from typing import Any
 import numpy as np
 
 from torc.errors import TorcError
-from torc.plugins import parameters
+from torc.registry.context import BuildContext
+from torc.registry.kinds import Kind, declarable
+from torc.registry.loading import trait_faults as registry_faults
 
 
 class NonConformanceError(TorcError, AssertionError):
@@ -45,9 +48,20 @@ def called_twice(call: Callable[[], Any], given: object, what: str) -> tuple[lis
     return results, found
 
 
-def made(make: Callable[..., Any], **offered: Any) -> Any:
-    """The part, given those arguments that it takes, as the `torc` command makes it."""
-    return make(**{name: value for name, value in offered.items() if name in parameters(make)})
+def made(make: Callable[..., Any], context: BuildContext) -> Any:
+    """Make a part with what it takes of a context, as the `torc` command does."""
+    return make(**context.given_to(make))
+
+
+def trait_faults(kind: Kind[Any], part: object) -> list[str]:
+    """Return what is wrong with the traits that a part declares, misspelt names included."""
+    found = list(registry_faults(kind, part))
+    known = [name for name, default in declarable(kind.base).items() if isinstance(default, bool)]
+    theirs = [vars(c) for c in type(part).__mro__ if not c.__module__.startswith(("torc.", "builtins"))]
+    for name in sorted({name for names in theirs for name in names} - {*declarable(kind.base)}):
+        near = [] if name.startswith("_") else difflib.get_close_matches(name, known, n=1, cutoff=0.85)
+        found += [f"it has an attribute `{name}`, which nobody reads: did you mean `{n}`?" for n in near]
+    return found
 
 
 def unit_faults(depth_m: np.ndarray) -> list[str]:

@@ -20,7 +20,7 @@ from torc.records import (
 )
 from torc.testing.synthetic import Shape, SyntheticBox, random_clutter, synthetic_observation
 from torc.workspace.description import CameraMount
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 _Fate = tuple[int, GraspStatus, tuple[int, ...]]
 """A grasp: its object, its status, who blocks it."""

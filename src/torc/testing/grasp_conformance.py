@@ -10,14 +10,15 @@ from collections.abc import Callable
 
 import numpy as np
 
-from torc.grasping.asking import grasp_faults
+from torc.grasping.checked_grasps import grasp_faults
 from torc.grasping.protocol import GraspPlanner
 from torc.records import GraspSet
+from torc.registry.context import BuildContext
 from torc.robots.loading import load_robot
 from torc.testing.conformance import Case, called_twice, made, require
 from torc.testing.contexts import box
 from torc.testing.views import View, view_of, view_of_clutter
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 _BASE, _TOP = box(0, 0.65, -0.1, (0.12, 0.12, 0.06)), box(1, 0.65, -0.1, (0.05, 0.05, 0.06), on=0.06)
 _BACK, _FRONT = box(0, 0.72, -0.1, (0.06, 0.06, 0.2)), box(1, 0.60, -0.1, (0.06, 0.08, 0.12))
@@ -45,9 +46,11 @@ def check_case(make: Callable[..., GraspPlanner], case: Case) -> None:
 
 def _violations(make: Callable[..., GraspPlanner], case: Case) -> list[str]:
     view: View = case.build()
-    offered = {"gripper": load_robot().gripper, "support_z_m": load_workspace().support_z_m}
+    context = BuildContext(
+        gripper=load_robot().gripper, support_z_m=load_workspace().support_z_m, workspace=load_workspace()
+    )
     planned, found = called_twice(
-        lambda: made(make, **offered).plan(view.scene, view.volume, np.random.default_rng(0)),
+        lambda: made(make, context).plan(view.scene, view.volume, np.random.default_rng(0)),
         (view.scene, view.volume),
         "the scene or the volume",
     )

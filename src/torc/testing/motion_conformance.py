@@ -12,12 +12,14 @@ from functools import cache
 import numpy as np
 
 from torc.episode.steps import pick_request
-from torc.motion.asking import plan_faults
+from torc.motion.checked_plans import plan_faults
 from torc.motion.protocol import MotionPlanner, PickRequest
 from torc.perception.protocol import Wanted
 from torc.pipeline.building import System, build_system
+from torc.registry.context import BuildContext
+from torc.registry.kinds import MOTION_PLANNERS
 from torc.specs.conditions import Conditions
-from torc.testing.conformance import called_twice, made, require
+from torc.testing.conformance import called_twice, made, require, trait_faults
 from torc.testing.contexts import box
 from torc.testing.synthetic import synthetic_observation
 
@@ -47,14 +49,15 @@ def requests() -> tuple[PickRequest, ...]:
 
 def check_motion_planner(make: Callable[..., MotionPlanner]) -> None:
     """Plans all requests with fresh planners. Raises NonConformanceError with everything that was broken."""
+    part = made(make, BuildContext(robot=_system().robot, workspace=_system().workspace))
     broken = [f"object {r.object_id}: {text}" for r in requests() for text in _violations(make, r)]
-    require("motion planner", broken)
+    require("motion planner", [*trait_faults(MOTION_PLANNERS, part), *broken])
 
 
 def _violations(make: Callable[..., MotionPlanner], request: PickRequest) -> list[str]:
-    offered = {"robot": _system().robot, "workspace": _system().workspace}
+    context = BuildContext(robot=_system().robot, workspace=_system().workspace)
     plans, found = called_twice(
-        lambda: made(make, **offered).plan_pick(request, np.random.default_rng(0)), request, "the request"
+        lambda: made(make, context).plan_pick(request, np.random.default_rng(0)), request, "the request"
     )
     found += [fault for plan in plans[:1] for fault in plan_faults(plan, request)]
     if not found and pickle.dumps(plans[0]) != pickle.dumps(plans[1]):

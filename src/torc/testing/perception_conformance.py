@@ -5,10 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from torc.perception.asking import scene_faults
+from torc.perception.checked_scenes import scene_faults
 from torc.perception.protocol import Perception, Wanted
 from torc.records import SegmentedScene
-from torc.testing.conformance import called_twice, require
+from torc.registry.kinds import PERCEPTIONS
+from torc.testing.conformance import called_twice, require, trait_faults
 from torc.testing.contexts import box
 from torc.testing.synthetic import Shape, synthetic_observation
 
@@ -29,6 +30,8 @@ def check_perception(make: Callable[[], Perception]) -> None:
 def _violations(make: Callable[[], Perception], shapes: tuple[Shape, ...]) -> list[str]:
     """The rules that a perception breaks in an episode of two looks, the second without the first object."""
     perception = make()
+    if faults := trait_faults(PERCEPTIONS, perception):
+        return faults
     first, found = _look(perception, shapes, None)
     if first is None or found:
         return found
@@ -41,7 +44,7 @@ def _look(
 ) -> tuple[SegmentedScene | None, list[str]]:
     """The scene, None if it is of no use, and the rules that were broken."""
     observation = synthetic_observation(shapes)
-    if not getattr(perception, "needs_labels", False):  # hidden from it in trials, too
+    if not PERCEPTIONS.traits(perception).needs_labels:  # hidden from it in trials, too
         observation = replace(observation, label_image=None)
     scenes, found = called_twice(
         lambda: perception.perceive(observation, Wanted("the blue tuna can"), before),

@@ -8,11 +8,11 @@ from collections.abc import Callable
 import numpy as np
 
 from torc.records import Decision, PlanningContext
-from torc.task_planning.asking import decision_faults
+from torc.registry.kinds import TASK_PLANNERS
+from torc.task_planning.checked_decisions import decision_faults
 from torc.task_planning.protocol import MAX_ATTEMPTS, TaskPlanner
-from torc.task_planning.random_choice import graspable_ids
 from torc.testing import contexts
-from torc.testing.conformance import Case, called_twice, require
+from torc.testing.conformance import Case, called_twice, require, trait_faults
 
 CASES: tuple[Case, ...] = (
     Case("target in the open", contexts.open_context),
@@ -43,9 +43,8 @@ def check_case(make: Callable[[], TaskPlanner], case: Case, seed: int = 0) -> No
 
 
 def _violations(make: Callable[[], TaskPlanner], case: Case, seed: int) -> list[str]:
-    name = getattr(make(), "name", None)
-    if not isinstance(name, str) or not name:
-        return ["it has no name (a non-empty string attribute `name`)"]
+    if faults := trait_faults(TASK_PLANNERS, make()):
+        return faults
     context: PlanningContext = case.build()
     decisions, found = called_twice(
         lambda: make().decide(context, np.random.default_rng(seed)), context, "the context"
@@ -60,7 +59,7 @@ def _violations(make: Callable[[], TaskPlanner], case: Case, seed: int) -> list[
 def _decision_faults(decision: Decision, context: PlanningContext) -> list[str]:
     if found := list(decision_faults(decision)):
         return found
-    offered, chosen = graspable_ids(context), decision.object_id
+    offered, chosen = context.graspable_ids, decision.object_id
     if chosen is not None and not isinstance(chosen, int):
         found.append(f"object_id is a {type(chosen).__name__}; it must be an int or None")
     elif chosen is not None and chosen not in offered:
@@ -74,9 +73,9 @@ def _decision_faults(decision: Decision, context: PlanningContext) -> list[str]:
     if decision.give_up and chosen is not None:
         found.append("it named an object and gave up at once")
     try:
-        json.dumps(dict(decision.evidence), allow_nan=False)
-    except (TypeError, ValueError) as error:
-        found.append(f"evidence is not plain data: {error}")
+        json.dumps(decision.evidence.to_plain(), allow_nan=False)
+    except ValueError:
+        found.append("its evidence holds a number that is not finite, which JSON cannot hold")
     return found
 
 

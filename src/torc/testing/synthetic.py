@@ -15,7 +15,7 @@ from torc.geometry.transforms import make_pose, project, rotation_from_wxyz
 from torc.records import BACKGROUND, MAX_OBJECTS, Observation
 from torc.sim.raycasting import cast, pixel_directions
 from torc.workspace.description import CameraMount
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 _UPRIGHT = (1.0, 0.0, 0.0, 0.0)
 

@@ -5,13 +5,13 @@ from functools import cached_property
 
 import numpy as np
 
-from torc.collision.world import CollisionWorld, build_collision_world
+from torc.collision.collision_world import CollisionWorld, build_collision_world
 from torc.occlusion.volume import FIXED_CAMERA, empty_volume, update_volume
 from torc.perception.privileged import LabelPerception
 from torc.records import OcclusionVolume, SegmentedScene
 from torc.testing.synthetic import Shape, random_clutter, synthetic_observation
 from torc.workspace.description import Workspace
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 
 @dataclass(frozen=True)

@@ -5,10 +5,9 @@ Whatever a reply holds (a misled model, a line of text on an object in the pictu
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
-from types import MappingProxyType
 from typing import Any
 
-from torc.task_planning.graph import DependencyEdge, EdgeKind
+from torc.records.graph import DependencyEdge, EdgeKind
 from torc.vlm.numerals import number_in_text, whole_number
 from torc.vlm.protocol import Finish, Reply
 
@@ -138,7 +137,7 @@ def read_corrections(
         else:
             fault = ""
             # The depths, which are the candidate's evidence, have nothing to say on a corrected relation.
-            changed = replace(relation, evidence=MappingProxyType({"corrected_from": words(before)}))
+            changed = replace(relation, evidence={"corrected_from": words(before)})
             stated[pair] = before if _same(before, relation) else changed
         if fault:
             refused.append(f"{words(relation)}: {fault}")

@@ -13,16 +13,15 @@ from pathlib import Path
 from typing import Any
 
 from torc.errors import InputError
-from torc.files.reading import read_text
-from torc.records.files import write_json
-from torc.records.serialization import to_plain
+from torc.io.reading import read_text
+from torc.io.record_files import to_plain
+from torc.io.results import write_json
+from torc.records.evidence import Tokens
 from torc.vlm.config import VlmConfig
-from torc.vlm.protocol import Finish, Question, Reply, Tokens, VlmClient
+from torc.vlm.protocol import Finish, Question, Reply, VlmClient
 from torc.vlm.replies import ask_client, reply_faults, reply_of
 
 FORMAT = "torc-vlm-cache/2"
-_FIRST_FORMAT = "torc-vlm-cache/1"
-"""In it Gemini's `reply` tokens lacked those of thinking."""
 _MAX_FILE_BYTES = 4_000_000
 
 
@@ -113,14 +112,10 @@ def _read(path: Path, request: Mapping[str, Any]) -> Reply:
         if path.stat().st_size > _MAX_FILE_BYTES:
             raise ValueError("it is too large")
         data = json.loads(read_text(path))
-        if data["format"] not in (FORMAT, _FIRST_FORMAT) or data["request"] != json.loads(
-            json.dumps(request)
-        ):
+        if data["format"] != FORMAT or data["request"] != json.loads(json.dumps(request)):
             raise ValueError("it answers another question")
         facts = data["reply"]
         finish, tokens = Finish(facts["finish"]), Tokens(**facts["tokens"])
-        if data["format"] == _FIRST_FORMAT and request["provider"] == "gemini" and tokens.thinking:
-            tokens = replace(tokens, reply=(tokens.reply or 0) + tokens.thinking)
         reply = reply_of(facts["text"], facts["model_version"], finish, tokens, facts["latency_s"])
         for fault in reply_faults(reply):
             raise ValueError(fault)

@@ -5,12 +5,12 @@ import math
 import re
 from dataclasses import dataclass, field
 from importlib.util import find_spec
-from types import MappingProxyType
 from urllib.parse import urlsplit
 
 from torc.errors import InputError
-from torc.files.numbers import take_numbers
-from torc.plugins import PartKind, part_paths, short_part_name, unknown_part
+from torc.io.numbers import take_numbers
+from torc.registry.kinds import CLIENTS
+from torc.registry.loading import part_paths, short_part_name, unknown_part
 from torc.vlm.picture_config import PictureConfig
 from torc.vlm.prices import Prices
 from torc.vlm.prompt import Prompt
@@ -25,16 +25,6 @@ SIMULATED = "simulated"
 """The provider of the simulated VLM, which answers from a simulator's truth: no participant in any comparison."""
 DEFAULT_PROFILE = "paper"
 """What `--vlm simulated` alone stands for."""
-CLIENTS = PartKind(
-    "VLM client",
-    "torc.vlm_clients",
-    "ask(question)",
-    MappingProxyType(
-        dict.fromkeys(PROVIDERS, "torc.vlm.clients.api:open_api_client")
-        | {SIMULATED: "torc.vlm.simulated.client:open_simulated"}
-    ),
-)
-"""Who can be asked; other packages add providers by an entry point of the group, or are named "module:Class"."""
 LEVELS = ("off", "minimal", "low", "medium", "high")
 """Amounts of thinking in words."""
 QUESTIONS = (2, 3)
@@ -96,7 +86,7 @@ class VlmConfig:
 
     def __post_init__(self) -> None:
         take_numbers(self)
-        if self.provider not in CLIENTS.built_in and ":" not in self.provider:
+        if self.third_party and ":" not in self.provider:
             known = part_paths(CLIENTS)
             if self.provider not in known:
                 raise unknown_part(CLIENTS, self.provider, known)
@@ -129,8 +119,8 @@ class VlmConfig:
 
     @property
     def third_party(self) -> bool:
-        """Whether the client is somebody else's code."""
-        return self.provider not in CLIENTS.built_in
+        """Whether the client is neither a vendor's nor the simulated one: it may need no model's name."""
+        return self.provider not in (*PROVIDERS, SIMULATED)
 
     @property
     def url(self) -> str:
@@ -182,7 +172,7 @@ def parse_vlm(text: str) -> tuple[str, str, str | None]:
     if name == SIMULATED:
         return SIMULATED, DEFAULT_PROFILE, base_url
     known = part_paths(CLIENTS)
-    if provider in known and (model or (provider not in CLIENTS.built_in and not colon)):
+    if provider in known and (model or (provider not in PROVIDERS and provider != SIMULATED and not colon)):
         return provider, model, base_url
     if provider not in known and provider and model:
         near = "." not in provider and difflib.get_close_matches(provider, known, cutoff=_NEAR)

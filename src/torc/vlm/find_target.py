@@ -1,13 +1,14 @@
 """The target by its description: a model is asked which of the numbered objects it is, or none of them."""
 
+from torc.drawing.marking import mark_image
 from torc.errors import InputError
-from torc.perception.marking import mark_image
+from torc.io.pictures import png_bytes
 from torc.perception.protocol import Perception, Wanted
 from torc.records import Exchange, Observation, SegmentedScene
-from torc.records.files import png_bytes
+from torc.registry.kinds import PERCEPTIONS, PerceptionTraits
 from torc.task_planning.protocol import MAX_ATTEMPTS
 from torc.vlm.answers import Useless
-from torc.vlm.asking import fill_prompt
+from torc.vlm.asker import fill_prompt
 from torc.vlm.numerals import whole_number
 from torc.vlm.protocol import Question, Reply, VlmClient
 from torc.vlm.replies import ask_client
@@ -21,7 +22,7 @@ SCHEMA = {
 }
 
 
-class TargetByText:
+class TargetByText(PerceptionTraits):
     """A perception that asks a model for the target, while another one finds and tracks the objects. It asks only while
     the target is not known, and not again as long as the same objects are in sight.
     """
@@ -30,7 +31,7 @@ class TargetByText:
         """objects: finds the objects; what it takes for the target counts."""
         self._objects, self._client = objects, client
         self._refused: frozenset[int] = frozenset()
-        self.needs_labels = getattr(objects, "needs_labels", False)
+        self.needs_labels = PERCEPTIONS.traits(objects).needs_labels
         self.exchanges: tuple[Exchange, ...] = ()
         """All that was asked and answered so far."""
 

@@ -6,22 +6,23 @@ from dataclasses import replace
 
 import numpy as np
 
-from torc.records import Decision, PlanningContext
+from torc.records import Corrections, Decision, PlanningContext
+from torc.records.graph import DependencyEdge
+from torc.registry.kinds import TaskPlannerTraits
 from torc.task_planning.dg_select import DgSelectConfig, DgSelectPlanner, decide_by_graph
-from torc.task_planning.graph import DependencyEdge
 from torc.task_planning.graph_building import build_dependency_graph
-from torc.task_planning.random_choice import graspable_ids
 from torc.task_planning.relations import behind_candidates, find_adjacencies
 from torc.vlm.answers import RELATIONS_SCHEMA, Useless, read_corrections
-from torc.vlm.asking import Asker, Form
+from torc.vlm.asker import Asker, Form
 from torc.vlm.config import Asking
 from torc.vlm.protocol import VlmClient
 
 
-class VlmFixesDgPlanner:
+class VlmFixesDgPlanner(TaskPlannerTraits):
     """Gives the model the 'behind' pairs that depth suggests; decides as DG-SELECT by the pairs that it corrects."""
 
     name = "vlm-fixes-dg"
+    asks_model = True
     form = Form("vlm-fixes-dg", ("relations",), ("relations",), RELATIONS_SCHEMA)
 
     def __init__(
@@ -38,7 +39,7 @@ class VlmFixesDgPlanner:
         where nothing is graspable or no two objects meet. Raises VlmError if its server gives no reply.
         """
         candidates = behind_candidates(find_adjacencies(context.scene, self.config.relations))
-        if not candidates or not graspable_ids(context):
+        if not candidates or not context.graspable_ids:
             return self._by_graph(context, candidates)
         answer, model, nothing = self._asker.consult(
             context,
@@ -49,7 +50,7 @@ class VlmFixesDgPlanner:
         if isinstance(answer, Useless):
             return nothing
         decision = self._by_graph(context, answer.relations)
-        corrections = {"changes": list(answer.changes), "refused": list(answer.refused)}
+        corrections = Corrections(tuple(answer.changes), tuple(answer.refused))
         refused = f", {len(answer.refused)} of its corrections refused" if answer.refused else ""
         changed = f"The VLM {model} changed {len(answer.changes)} of {len(candidates)} relations{refused}."
         return replace(
@@ -58,7 +59,7 @@ class VlmFixesDgPlanner:
             attempts=nothing.attempts,
             exchanges=nothing.exchanges,
             pictures=nothing.pictures,
-            evidence={**decision.evidence, **nothing.evidence, "corrections": corrections},
+            evidence=replace(decision.evidence, vlm=nothing.evidence.vlm, corrections=corrections),
         )
 
     def warm_up(self, context: PlanningContext) -> None:

@@ -8,11 +8,11 @@ import cv2
 import numpy as np
 from jaxtyping import Int16, UInt8
 
-from torc.perception.clear_marks import mark_clearly
-from torc.perception.label_places import mask_anchor
-from torc.perception.marking import mark_pixels
+from torc.drawing.clear_marks import mark_clearly
+from torc.drawing.label_places import mask_anchor
+from torc.drawing.marking import mark_pixels
+from torc.io.pictures import png_bytes
 from torc.records import SegmentedScene
-from torc.records.files import png_bytes
 from torc.vlm.picture_config import PictureConfig
 
 ACROSS_PX = 1024

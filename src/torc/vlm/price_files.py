@@ -12,8 +12,8 @@ from typing import Literal
 from pydantic import BaseModel, Field, ValidationError
 
 from torc.errors import InputError
-from torc.files.reading import read_text
-from torc.files.strict_yaml import explain_faults, parse_plain_yaml
+from torc.io.reading import read_text
+from torc.io.strict_yaml import explain_faults, parse_plain_yaml
 from torc.vlm.prices import Prices
 
 FORMAT = "torc-vlm-prices/1"

@@ -15,8 +15,8 @@ import yaml
 from pydantic import BaseModel, Field, ValidationError
 
 from torc.errors import InputError, UnknownNameError
-from torc.files.reading import read_text
-from torc.files.strict_yaml import explain_faults, parse_plain_yaml
+from torc.io.reading import read_text
+from torc.io.strict_yaml import explain_faults, parse_plain_yaml
 from torc.vlm.prompt import Example, Prompt
 
 FORMAT = "torc-prompt/1"

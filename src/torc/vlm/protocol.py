@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any, Protocol, runtime_checkable
 
+from torc.records.evidence import Tokens
 from torc.vlm.prompt import Example
 
 
@@ -37,17 +38,6 @@ class Finish(StrEnum):
     TRUNCATED = "truncated"
     REFUSED = "refused"
     EMPTY = "empty"
-
-
-@dataclass(frozen=True)
-class Tokens:
-    """What a reply took, as the server counts; None where it does not tell. `reply` is all that it wrote, `thinking`,
-    which is a part of that, included.
-    """
-
-    prompt: int | None = None
-    reply: int | None = None
-    thinking: int | None = None
 
 
 @dataclass(frozen=True)

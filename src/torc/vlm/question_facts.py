@@ -3,7 +3,6 @@
 import numpy as np
 
 from torc.records import GraspStatus, PlanningContext
-from torc.task_planning.random_choice import graspable_ids
 
 _SLANTED_RAD = np.deg2rad(20.0)
 _SIDE_SHARE = 0.05
@@ -38,7 +37,7 @@ def target_size_sentence(context: PlanningContext) -> str:
 
 def counted_grasp_facts(context: PlanningContext) -> list[str]:
     """As `grasp_facts`, with how many grasps each, and with the objects that have none; by rising ids."""
-    report, graspable, lines = context.report, graspable_ids(context), []
+    report, graspable, lines = context.report, context.graspable_ids, []
     for i, a in enumerate(report.object_ids):
         if a not in context.scene.ids:
             continue

@@ -7,8 +7,9 @@ from collections.abc import Iterator
 from typing import Any
 
 from torc.errors import VlmClientError
-from torc.plugins import blamed, kind_of_value
-from torc.vlm.protocol import Finish, Question, Reply, Tokens, VlmClient
+from torc.records.evidence import Tokens
+from torc.registry.loading import blamed, kind_of_value
+from torc.vlm.protocol import Finish, Question, Reply, VlmClient
 
 _HELP = "torc.testing.vlm_client_conformance checks a client against all rules (docs/vlm.md)."
 

@@ -6,18 +6,19 @@ from dataclasses import replace
 import numpy as np
 
 from torc.records import Decision, PlanningContext
-from torc.task_planning.random_choice import graspable_ids
+from torc.registry.kinds import TaskPlannerTraits
 from torc.vlm.answers import PLAN_SCHEMA, Useless, read_first_pick
-from torc.vlm.asking import Asker, Form
+from torc.vlm.asker import Asker, Form
 from torc.vlm.config import Asking
 from torc.vlm.protocol import Reply, VlmClient
 from torc.vlm.question_facts import counted_grasp_facts
 
 
-class VlmSelectPlanner:
+class VlmSelectPlanner(TaskPlannerTraits):
     """Shows the model the marked image; it is not told what is graspable, and asked again if its choice is not."""
 
     name = "vlm-select"
+    asks_model = True
     form = Form("vlm-select", ("target",), (), PLAN_SCHEMA)
 
     def __init__(self, client: VlmClient | None = None, asking: Asking | None = None) -> None:
@@ -27,7 +28,7 @@ class VlmSelectPlanner:
         """The next object to pick; None after three useless answers, or, unasked, if nothing is graspable. Raises
         VlmError if the model's server gives no reply.
         """
-        graspable = graspable_ids(context)
+        graspable = context.graspable_ids
         if not graspable:
             return Decision(None, "No visible object has a valid grasp, so the VLM was not asked.")
 
@@ -64,7 +65,7 @@ class VlmGraspsPlanner(VlmSelectPlanner):
 
 def grasp_facts(context: PlanningContext) -> list[str]:
     """ "Object C is graspable." and "Object A is blocked by object B.", by rising ids."""
-    report, graspable = context.report, graspable_ids(context)
+    report, graspable = context.report, context.graspable_ids
     lines = []
     for i, a in enumerate(report.object_ids):
         if a in graspable:

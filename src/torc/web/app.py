@@ -19,11 +19,11 @@ from starlette.responses import FileResponse, Response, StreamingResponse
 from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
 
-from torc.episode.pictures import crop_around_objects
+from torc.drawing.strip import crop_around_objects
 from torc.episode.recorded import RecordedTrial
 from torc.episode.viewer_links import REPORT, served_links
 from torc.errors import InputError
-from torc.files.reading import read_bytes
+from torc.io.reading import read_bytes
 from torc.web.access import Gate
 from torc.web.frames import FrameBoard, jpeg, pack_view
 from torc.web.human_queue import HumanQueue

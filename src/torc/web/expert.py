@@ -3,20 +3,24 @@
 import numpy as np
 
 from torc.episode.events import Decided, Event, Executed, Looked, Planned, Started
-from torc.records import Decision, Exchange, PickPlan, PlanningContext
+from torc.errors import InputError
+from torc.records import Decision, Evidence, Exchange, PickPlan, PlanningContext
+from torc.registry.kinds import TaskPlannerTraits
 from torc.web.session import Choice, Phase, Session
 
 NAME = "human"
 ASKED = "Which object should the robot pick next?"
 
 
-class HumanPlanner:
+class HumanPlanner(TaskPlannerTraits):
     """Asks the person at the page, and waits. The page offers only what a planner may name, so it asks once."""
 
     name = NAME
 
-    def __init__(self, session: Session, expert: str = "") -> None:
-        """expert: the person's name, kept with each decision."""
+    def __init__(self, session: Session | None = None, expert: str = "") -> None:
+        """expert: the person's name, kept with each decision. Raises InputError without a session."""
+        if session is None:
+            raise InputError("A person chooses at a page in the browser: `torc human PROBLEM` opens it.")
         self._session, self._expert = session, expert
 
     def decide(self, context: PlanningContext, rng: np.random.Generator) -> Decision:
@@ -29,7 +33,7 @@ class HumanPlanner:
             give_up=choice.give_up,
             is_target=choice.is_target and choice.object_id is not None,
             exchanges=(Exchange(ASKED, reply),),
-            evidence={"expert": self._expert, "note": choice.note},
+            evidence=Evidence(notes={"expert": self._expert, "note": choice.note}),
         )
 
 

@@ -13,7 +13,7 @@ from torc.episode.viewer_links import PARTIAL, trial_key
 from torc.errors import InputError
 from torc.pipeline.building import sources
 from torc.specs.conditions import Conditions
-from torc.specs.files import RecordedSpec
+from torc.specs.spec_files import RecordedSpec
 from torc.specs.trial import PlannerSpec, TrialSpec
 from torc.web.expert import NAME
 from torc.web.session import Phase, Session
@@ -81,9 +81,9 @@ class HumanQueue:
                 # This problem cannot be played; the others can.
                 message = str(error)
                 continue
-            if result["status"] == "interrupted":
+            if result.status == "interrupted":
                 raise KeyboardInterrupt
-            message = result.get("error", "")
+            message = result.error or ""
         session.publish(phase=Phase.DONE, waiting=(), message=message)
 
     def lines(self) -> list[dict[str, Any]]:

@@ -5,14 +5,13 @@ from typing import Any
 
 from scipy.ndimage import find_objects
 
-from torc.episode.log_lines import LookedLine
+from torc.drawing.graph_layout import lay_out
+from torc.drawing.palette import object_color
+from torc.episode.log import LookedLine
 from torc.episode.pick_view import LIKELY, ObjectView, PickView
 from torc.episode.recorded import RecordedPick, RecordedTrial
 from torc.errors import InputError
-from torc.perception.palette import object_color
-from torc.records import MAX_OBJECTS, GraspStatus
-from torc.task_planning.graph import DependencyGraph
-from torc.task_planning.layout import lay_out
+from torc.records import MAX_OBJECTS, DependencyGraph, Evidence, GraspStatus
 from torc.web.tags import find_tags
 
 MAX_EDGES = 1500
@@ -48,10 +47,10 @@ def pick_page(trial: RecordedTrial, number: int) -> dict[str, Any]:
     """All about one pick but its pictures and arrays. Raises InputError where there is no such pick."""
     pick, view = trial.pick(number), trial.view(number)
     over, decided = trial.result is not None, pick.decided
-    evidence = decided.evidence if decided else {}
-    own = "graph" in evidence
-    source = evidence["graph"] if own else view.graph if view else None
-    graphs = _graphs(source, evidence.get("probabilities") or {}) if source is not None else None
+    evidence = decided.evidence if decided else Evidence()
+    own = evidence.graph is not None
+    graph = evidence.graph if own else _graph_of(view)
+    graphs = None if graph is None else _graphs(graph, evidence.probabilities)
     plain = trial.has_plain_picture(number)
     return {
         **_pick_line(number, pick, over),
@@ -130,20 +129,20 @@ def _box(place: tuple[slice, slice] | None) -> list[int] | None:
     return [place[1].start, place[0].start, place[1].stop - 1, place[0].stop - 1] if place else None
 
 
-def _graphs(data: Mapping[str, Any], probabilities: Mapping[str, float]) -> dict[str, Any] | None:
-    """A graph as `DependencyGraph.to_dict` made it, laid out: `all` of it, and `target`, the part that the target waits
-    for. None if it is none, or too large to draw.
-
-    `probabilities` are p(sink) by id, as text.
-    """
+def _graph_of(view: PickView | None) -> DependencyGraph | None:
+    """The graph by geometry; None if it was not recorded, or cannot be read."""
     try:
-        if len(data["nodes"]) > MAX_OBJECTS + 1 or len(data["edges"]) > MAX_EDGES:
-            return None
-        graph = DependencyGraph.from_dict(data)
-        parts = {"all": graph, "target": _what_the_target_waits_for(graph)}
-        return {name: _drawn_graph(part, probabilities) for name, part in parts.items()}
-    except (InputError, KeyError, TypeError, AttributeError):
+        return None if view is None else DependencyGraph.from_dict(view.graph)
+    except InputError:
         return None
+
+
+def _graphs(graph: DependencyGraph, probabilities: Mapping[int, float]) -> dict[str, Any] | None:
+    """Lay out `all` of a graph, and `target`, the part that the target waits for; None if it is too large to draw."""
+    if len(graph.nodes) > MAX_OBJECTS + 1 or len(graph.edges) > MAX_EDGES:
+        return None
+    parts = {"all": graph, "target": _what_the_target_waits_for(graph)}
+    return {name: _drawn_graph(part, probabilities) for name, part in parts.items()}
 
 
 def _what_the_target_waits_for(graph: DependencyGraph) -> DependencyGraph:
@@ -156,14 +155,15 @@ def _what_the_target_waits_for(graph: DependencyGraph) -> DependencyGraph:
     return DependencyGraph(nodes, tuple(e for e in graph.edges if e.source in found), graph.target)
 
 
-def _drawn_graph(graph: DependencyGraph, probabilities: Mapping[str, float]) -> dict[str, Any]:
+def _drawn_graph(graph: DependencyGraph, probabilities: Mapping[int, float]) -> dict[str, Any]:
     layout = lay_out(graph)
     nodes = []
     for n in graph.nodes:
-        p = probabilities.get(str(n.id)) if isinstance(probabilities, Mapping) else None
-        known = isinstance(p, int | float) and 0 <= p <= 1
+        p = probabilities.get(n.id)
         facts = {"id": n.id, "color": _hex_color(n.id), "hidden": n.hidden, "graspable": n.graspable}
-        nodes.append({**facts, "place": layout.places[n.id], "p": p if known else None})
+        nodes.append(
+            {**facts, "place": layout.places[n.id], "p": p if p is not None and 0 <= p <= 1 else None}
+        )
     edges = [
         edge | {"route": layout.routes[edge["source"], edge["target"]]} for edge in graph.to_dict()["edges"]
     ]

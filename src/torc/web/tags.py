@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Int8
 
-from torc.perception.marking import number_places
+from torc.drawing.marking import number_places
 
 
 def find_tags(

@@ -1,7 +1,7 @@
 """The fixed part of the world: table, bin, camera, and the region that the occlusion volume covers.
 
 World frame: x forward, y left, z up, z = 0 on the floor. The SDA10F's base is its origin; other robots stand elsewhere.
-The paper's set-up is `data/paper.yaml`, which `torc.workspace.files.load_workspace` reads.
+The paper's set-up is `data/paper.yaml`, which `torc.workspace.workspace_files.load_workspace` reads.
 """
 
 from dataclasses import dataclass

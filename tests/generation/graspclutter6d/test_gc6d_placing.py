@@ -15,7 +15,7 @@ from torc.generation.graspclutter6d.reading import read_scene
 from torc.geometry.transforms import make_pose
 from torc.sim.settling import SettleConfig
 from torc.sim.stillness import StillnessConfig
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 TILTED = upright(56, -0.10, 0.02, 1.0)
 PLACED = (

@@ -9,10 +9,10 @@ import trimesh
 from mesh_files import L_OUTLINE, MUG, SIZE, box, prism, revolved, textured_box, two_tone, write_ply
 
 from torc.errors import InputError, MissingDependencyError
-from torc.objects.files import load_object_directory, save_object
 from torc.objects.importing import MeshOptions, read_mesh
 from torc.objects.importing.making import answer
 from torc.objects.models import pieces_bounds
+from torc.objects.object_files import load_object_directory, save_object
 
 
 @pytest.fixture

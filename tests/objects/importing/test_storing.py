@@ -7,8 +7,7 @@ import pytest
 from mesh_files import SIZE, box
 
 from torc.errors import InputError
-from torc.fingerprints import file_fingerprint
-from torc.objects.files import load_source
+from torc.io.digests import file_fingerprint
 from torc.objects.importing import MeshImport
 from torc.objects.importing.storing import (
     add_object,
@@ -18,6 +17,7 @@ from torc.objects.importing.storing import (
     unique_description,
 )
 from torc.objects.library import load_object, object_description
+from torc.objects.object_files import load_source
 from torc.objects.schema import ObjectSource
 
 

@@ -10,7 +10,7 @@ from torc.perception.embedded.inputs import CHANNELS, View, Window, channels, cu
 from torc.testing.contexts import box
 from torc.testing.synthetic import synthetic_observation
 from torc.workspace.description import CameraMount
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 SHAPES = (box(1, 0.62, -0.10, (0.05, 0.06, 0.10)), box(2, 0.70, -0.2, (0.08, 0.05, 0.05)))
 SUPPORT_Z_M = load_workspace().support_z_m

@@ -9,7 +9,7 @@ from torc.perception.embedded.perception import uncut
 from torc.perception.embedded.region import rising, window_on
 from torc.testing.contexts import box
 from torc.testing.synthetic import random_clutter, synthetic_observation
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 WORKSPACE = load_workspace()
 

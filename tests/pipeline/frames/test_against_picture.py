@@ -10,7 +10,7 @@ from torc.errors import InputError
 from torc.geometry.transforms import invert, rotation_from_wxyz, wxyz_from_rotation
 from torc.pipeline.frames import load_frame
 from torc.pipeline.frames.against_picture import doubts
-from torc.pipeline.frames.checks import check_intrinsics, intrinsics_doubts
+from torc.pipeline.frames.plausibility import check_intrinsics, intrinsics_doubts
 
 SEEN = observe()
 T = SEEN.T_world_camera

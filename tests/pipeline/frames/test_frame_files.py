@@ -12,7 +12,7 @@ from torc.errors import InputError
 from torc.pipeline.frames import Frame, load_frame, save_frame
 from torc.pipeline.frames.support_plane import estimate_support_z_m, grid_around
 from torc.records import BACKGROUND, ROBOT
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 
 def same(a: Frame, b: Frame, depth_tolerance_m: float = 0.0) -> None:

@@ -6,17 +6,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from torc.drawing.belief_picture import draw_belief
 from torc.errors import InputError
 from torc.geometry.extent import extent
-from torc.records import Decision, KnownObject, PickOutcome, PickResult
-from torc.specs.settings import arguments
+from torc.pipeline.planners import make_planner
+from torc.records import BeliefEvidence, Decision, Evidence, KnownObject, PickOutcome, PickResult
+from torc.registry.settings import arguments
+from torc.task_planning.belief.belief_planner import BeliefPlanner
 from torc.task_planning.belief.bodies import bodies_of
 from torc.task_planning.belief.costs import ways_of
 from torc.task_planning.belief.hidden_target import presence, search_target
 from torc.task_planning.belief.hiding import believe
 from torc.task_planning.belief.particles import boxes_like, propose, unseen_room
-from torc.task_planning.belief.picture import draw_belief
-from torc.task_planning.belief.planner import BeliefPlanner
 from torc.task_planning.belief.settings import (
     BeliefConfig,
     GiveUpConfig,
@@ -25,7 +26,6 @@ from torc.task_planning.belief.settings import (
     SearchConfig,
 )
 from torc.task_planning.dg_select import DgSelectPlanner
-from torc.task_planning.registry import make_planner
 from torc.task_planning.relations import find_relations
 from torc.testing import contexts
 from torc.testing.contexts import box, make_context
@@ -59,7 +59,6 @@ ABLATIONS = {
     "prices.hold": False,
     "prices.dropped": 0.0,
     "prices.loaded": 0.0,
-    "particles.reach_down": False,
     "prices.fallen": 0.0,
     "prices.still_blocking": 0.0,
     "search.depth": 1,
@@ -152,9 +151,9 @@ def test_layers_behind_the_front_one_count():
 def test_it_looks_behind_the_largest_shadow_and_says_so():
     decision = decide(contexts.hidden_context())
     assert decision.object_id == 1
-    assert decision.evidence["rule"] == "search"
+    assert decision.evidence.rule == "search"
     assert decision.reason.startswith("Pick 1: with it gone the target comes into sight with p = ")
-    evidence = json.loads(json.dumps(decision.evidence, allow_nan=False))["belief"]
+    evidence = json.loads(json.dumps(decision.evidence.to_plain(), allow_nan=False))["belief"]
     assert evidence["order"][0] == 1
     assert evidence["reveals"]["1"] > evidence["reveals"].get("2", 0.0)
     assert sum(share for _, _, share in evidence["tiles"]) == pytest.approx(1.0, abs=0.02)
@@ -182,7 +181,7 @@ def test_a_target_that_can_be_grasped_is_taken_and_what_lies_on_it_goes_first():
     assert decide(contexts.stacked_context()).object_id == 1
     decision = decide(contexts.behind_context())
     assert decision.object_id == 1
-    assert decision.evidence["belief"]["order"] == [1]
+    assert decision.evidence.belief.order == (1,)
 
 
 def test_a_target_that_is_deep_down_is_made_way_for():
@@ -191,7 +190,7 @@ def test_a_target_that_is_deep_down_is_made_way_for():
     blocked = {0: [(1,)], 1: [(2,)], 2: [(3,)]}
     context = make_context(shapes, valid={3: 2, 4: 5}, blocked=blocked)
     decision = decide(context)
-    assert decision.evidence["belief"]["order"] == [3, 2, 1]
+    assert decision.evidence.belief.order == (3, 2, 1)
     assert "once 3, 2 and 1 are gone the target 0 can be taken" in decision.reason
     greedy = decide(make_context(shapes, valid={1: 1, 4: 5}, blocked={0: [(1, 2)], 2: [(4,)]}), GREEDY)
     assert greedy.object_id == 1
@@ -202,7 +201,7 @@ def test_where_it_does_not_know_it_chooses_as_dg_select():
     rng = np.random.default_rng(0)
     few = BeliefConfig(ParticleConfig(fewest=10**6))
     assert decide(CLUTTER, few).object_id == DgSelectPlanner().decide(CLUTTER, rng).object_id
-    assert "too few places" in decide(CLUTTER, few).evidence["by_graph_because"]
+    assert "too few places" in decide(CLUTTER, few).evidence.notes["by_graph_because"]
     stuck = contexts.nothing_graspable_context()
     assert decide(stuck).object_id is None
     assert not decide(stuck).give_up
@@ -239,9 +238,7 @@ def test_it_does_not_give_up_while_something_that_is_there_may_be_the_target(tar
     missed = PickOutcome(PickResult.MISSED, 7, None, False, False)
     decision = decide(replace(flat, scene=replace(flat.scene, known=known), history=(*brought, missed)))
     assert decision.give_up == gives_up
-    assert decision.evidence["belief"]["suspects"] == {
-        str(k): p for k, p in target_p.items() if k == 1 and p > 0.01
-    }
+    assert decision.evidence.belief.suspects == {k: p for k, p in target_p.items() if k == 1 and p > 0.01}
 
 
 def test_it_gives_up_as_soon_as_there_is_no_room_for_a_target_of_that_size():
@@ -281,19 +278,27 @@ def test_the_picture_is_warm_where_the_belief_is():
     decision = decide(context)
     image = draw_belief(decision, context.scene)
     assert image.shape == (*context.scene.label_image.shape, 3)
-    tiles = np.array(decision.evidence["belief"]["tiles"])
-    px = decision.evidence["belief"]["tile_px"]
+    tiles, px = np.array(decision.evidence.belief.tiles), decision.evidence.belief.tile_px
     row, col, _ = tiles[tiles[:, 2].argmax()]
     cold = draw_belief(
-        replace(decision, evidence={"belief": {"tile_px": px, "tiles": [[0, 0, 1.0]]}}), context.scene
+        replace(
+            decision, evidence=Evidence(belief=BeliefEvidence((1,), 1, tile_px=px, tiles=((0, 0, 1.0),)))
+        ),
+        context.scene,
     )
     at = (slice(int(row) * px, int(row + 1) * px), slice(int(col) * px, int(col + 1) * px))
     assert image[at].astype(float)[..., 0].mean() > cold[at].astype(float)[..., 0].mean() + 30
 
 
 @pytest.mark.parametrize(
-    "belief", [None, 3, {"tiles": []}, {"tile_px": 8, "tiles": []}, {"tile_px": 0, "tiles": [[1, 1, 1.0]]}]
+    "belief",
+    [
+        None,
+        BeliefEvidence((1,), 2.0),
+        BeliefEvidence((1,), 2.0, tile_px=8),
+        BeliefEvidence((1,), 2.0, tile_px=0, tiles=((1, 1, 1.0),)),
+    ],
 )
-def test_what_is_no_belief_is_not_drawn(belief):
+def test_a_belief_without_places_is_not_drawn(belief):
     scene = contexts.open_context().scene
-    assert draw_belief(Decision(1, "mine", evidence={"belief": belief}), scene) is None
+    assert draw_belief(Decision(1, "mine", evidence=Evidence(belief=belief)), scene) is None

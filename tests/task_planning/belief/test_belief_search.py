@@ -10,6 +10,7 @@ from torc.task_planning.belief.costs import (
     Ways,
     as_bits,
     clearing_costs,
+    expected_picks,
     opened_grasps,
     removal_costs,
     target_costs,
@@ -24,7 +25,6 @@ from torc.task_planning.belief.search import (
     sets_up_to,
 )
 from torc.task_planning.belief.settings import HidingConfig, OpeningConfig, PriceConfig
-from torc.task_planning.expected_picks import expected_picks
 
 NEVER = 0xFFFFFFFF
 CERTAIN = PriceConfig(opening=OpeningConfig(0.0, (40.0, 0.0, 0.0), (0.0, 0.0, 1.0)), worth_waiting=0.0)

@@ -7,7 +7,7 @@ import pytest
 from tests.helpers.fake_trial import play_fake_trial
 from torc.episode.recorded import read_trial
 from torc.specs.trial import TrialSpec
-from torc.task_planning.belief.planner import BeliefPlanner
+from torc.task_planning.belief.belief_planner import BeliefPlanner
 from torc.task_planning.belief.settings import BeliefConfig, GiveUpConfig
 from torc.testing.synthetic import SyntheticBox
 
@@ -16,13 +16,13 @@ SPEC = TrialSpec.of("structured-01", "belief")
 
 def test_it_finds_the_hidden_target_and_leaves_its_belief_beside_the_log(tmp_path):
     trial = play_fake_trial(SPEC, tmp_path / "trial", BeliefPlanner())
-    assert (trial.result["retrieved"], trial.result["picks"]) == (True, 2)
+    assert (trial.result.retrieved, trial.result.picks) == (True, 2)
     recorded = read_trial(tmp_path / "trial")
     assert [p.decided.object_id for p in recorded.picks] == [1, 0]
     assert recorded.belief(0).startswith(b"\x89PNG")
     evidence = recorded.picks[0].decided.evidence
-    assert evidence["belief"]["order"][0] == 1
-    assert len(json.dumps(evidence)) < 20_000
+    assert evidence.belief.order[0] == 1
+    assert len(json.dumps(evidence.to_plain())) < 20_000
 
 
 @pytest.mark.parametrize("height_m", [0.012, 0.20])
@@ -34,6 +34,6 @@ def test_a_target_that_is_not_there_is_given_up_once_all_has_been_seen(tmp_path,
     )
     planner = BeliefPlanner(BeliefConfig(give_up=GiveUpConfig(below=0.25)))
     trial = play_fake_trial(SPEC, tmp_path / "trial", planner, shapes=shapes)
-    assert not trial.result["retrieved"]
-    assert trial.result["end"] == "gave up"
-    assert trial.result["picks"] == (0 if height_m < 0.1 else 1)
+    assert not trial.result.retrieved
+    assert trial.result.end == "gave up"
+    assert trial.result.picks == (0 if height_m < 0.1 else 1)

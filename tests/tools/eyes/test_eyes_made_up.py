@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tools.eyes.made_up import KINDS, made_up, make_up
-from torc.objects.files import check_model
 from torc.objects.library import load_stored
+from torc.objects.object_files import check_model
 
 
 @pytest.mark.parametrize("seed", range(24))

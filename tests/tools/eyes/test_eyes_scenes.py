@@ -26,7 +26,7 @@ from torc.objects.library import builtin_object_names, load_object, load_stored,
 from torc.objects.models import CollisionPiece
 from torc.perception.embedded.inputs import CHANNELS, View, Window, cut
 from torc.testing.synthetic import random_clutter, synthetic_observation
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 WORKSPACE = load_workspace()
 

@@ -21,14 +21,14 @@ from tools.grasp_model.refresh import refresh
 from tools.grasp_model.sampling import SamplingConfig
 from tools.grasp_model.scenes import SceneConfig
 from torc.errors import InputError
-from torc.grasping.planner import GeometricGraspPlanner
+from torc.grasping.geometric_planner import GeometricGraspPlanner
 from torc.objects.library import GraspFact, all_grasp_facts, load_object
 from torc.objects.models import CollisionPiece, ObjectModel
 from torc.problems.problem import ObjectPlacement, Problem
 from torc.robots.description import RobotDescription
 from torc.robots.loading import load_robot
 from torc.workspace.description import Workspace
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 pytestmark = pytest.mark.long
 

@@ -16,7 +16,7 @@ from tools.grasp_model.export import export
 from tools.grasp_model.recalibration import Promise, fit_promise, recalibrated
 from tools.grasp_model.train import TrainConfig, fit, fold_of, isotonic_knots
 from torc.grasping.features import FEATURE_NAMES
-from torc.grasping.planner import MODEL_PATH
+from torc.grasping.geometric_planner import MODEL_PATH
 from torc.grasping.trees import load_trees
 
 QUICK = TrainConfig(trees=40, leaves=7, learning_rate=0.2, folds=4)

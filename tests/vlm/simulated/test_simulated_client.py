@@ -9,7 +9,8 @@ from situations import HIDDEN, random_situation
 
 from tests.helpers.fake_vlm import ScriptedVlm
 from torc.errors import InputError, UnknownNameError
-from torc.task_planning.graph import DependencyEdge, EdgeKind
+from torc.pipeline.planners import open_client
+from torc.records.graph import DependencyEdge, EdgeKind
 from torc.task_planning.relations import behind_candidates, find_adjacencies
 from torc.testing import contexts
 from torc.testing.vlm_client_conformance import check_client
@@ -21,10 +22,9 @@ from torc.vlm.answers import (
     read_corrections,
     read_first_pick,
 )
-from torc.vlm.asking import fill_prompt
+from torc.vlm.asker import fill_prompt
 from torc.vlm.config import VlmConfig
 from torc.vlm.fixes_dg import VlmFixesDgPlanner
-from torc.vlm.opening import open_client
 from torc.vlm.protocol import Finish, Question
 from torc.vlm.select import VlmGraspsPlanner, VlmSelectPlanner, grasp_facts
 from torc.vlm.simulated.client import SimulatedVlm, candidate_pairs, told_facts

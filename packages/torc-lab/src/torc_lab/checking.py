@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from torc.errors import InputError, TorcError
-from torc.plugins import blamed
+from torc.registry.loading import blamed
 from torc_lab.calibration.marker import MOVED_M, marker_shift_m
 from torc_lab.calibration.noted import is_calibrated, marker_of_lab
 from torc_lab.cameras.kinds import open_camera

@@ -7,14 +7,15 @@ from typing import Any, cast
 
 import numpy as np
 
-from torc.plugins import blamed, make_part
+from torc.registry.context import BuildContext
+from torc.registry.kinds import ARM_DRIVERS, CAMERAS, GRIPPER_DRIVERS
+from torc.registry.loading import blamed, make_with
 from torc.robots.description import RobotDescription
 from torc.robots.execution import ExecutionConfig
 from torc.robots.protocols import ContactGuard
 from torc_lab.cameras.kinds import open_camera
 from torc_lab.checks import MotionLimits, limits_of
 from torc_lab.identity import check_standing
-from torc_lab.kinds import ARM_DRIVERS, GRIPPER_DRIVERS
 from torc_lab.lab_file import Lab, driver_config
 from torc_lab.protocols import (
     ArmDriver,
@@ -37,9 +38,9 @@ def connect_arm(lab: Lab) -> ArmDriver:
     modelled one, and for one whose torso is turned; and InputError.
     """
     arm = lab.robot.arm
-    offered = {"dof": arm.dof, "joint_names": tuple(arm.joint_names)}
+    context = BuildContext(dof=arm.dof, joint_names=tuple(arm.joint_names))
     options = driver_config(ARM_DRIVERS, lab.arm, f"{lab.path}: arm")
-    driver: ArmDriver = make_part(ARM_DRIVERS, lab.arm.driver, options, offered)
+    driver: ArmDriver = make_with(ARM_DRIVERS, lab.arm.driver, options, context)
     _check_whole("arm driver", lab.arm.driver, driver, ArmDriver)
     try:
         with blamed(f"Arm driver '{lab.arm.driver}'", LabError, _MEND_DRIVER):
@@ -55,7 +56,7 @@ def connect_arm(lab: Lab) -> ArmDriver:
 def connect_gripper(lab: Lab) -> GripperDriver:
     """The gripper's driver; nothing moves. Raises LabError, also for a driver that lacks a method, and InputError."""
     options = driver_config(GRIPPER_DRIVERS, lab.gripper, f"{lab.path}: gripper")
-    gripper: GripperDriver = make_part(GRIPPER_DRIVERS, lab.gripper.driver, options)
+    gripper: GripperDriver = make_with(GRIPPER_DRIVERS, lab.gripper.driver, options)
     _check_whole("gripper driver", lab.gripper.driver, gripper, GripperDriver)
     return gripper
 
@@ -139,9 +140,8 @@ def close_gripper(gripper: GripperDriver) -> None:
 
 def close_camera(camera: Any) -> None:
     """Ends the connection to a camera, if it has one."""
-    if callable(close := getattr(camera, "close", None)):
-        with suppress(Exception):
-            close()
+    with suppress(Exception):
+        CAMERAS.traits(camera).close()
 
 
 def stop_and_close(driver: ArmDriver) -> None:

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Bool, Float
 
-from torc.collision.checks import robot_arrays
-from torc.collision.world import CollisionConfig, CollisionWorld, world_from_voxels
+from torc.collision.collision_world import CollisionConfig, CollisionWorld, world_from_voxels
+from torc.collision.contacts import robot_arrays
 from torc.motion.config import MotionConfig
 from torc.motion.geometry import rounded_path
 from torc.motion.space import FreeSpace, MotionQuery, free_space

@@ -11,19 +11,19 @@ from jaxtyping import Float
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, model_validator
 
 from torc.errors import InputError, UnknownNameError
-from torc.files.reading import read_text
-from torc.files.strict_yaml import Number, explain_faults, parse_plain_yaml
-from torc.plugins import PartKind, load_part
+from torc.io.reading import read_text
+from torc.io.strict_yaml import Number, explain_faults, parse_plain_yaml
+from torc.registry.kinds import ARM_DRIVERS, GRIPPER_DRIVERS, Kind
+from torc.registry.loading import load_part
+from torc.registry.settings import config_class
 from torc.robots.description import RobotDescription
 from torc.robots.kinematics import tool0_poses
 from torc.robots.loading import load_robot
 from torc.specs.conditions import Conditions
-from torc.specs.settings import config_class
 from torc.workspace.description import Workspace
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 from torc_lab.checks import REDUCED_SPEED_M_S
 from torc_lab.identity import check_settings
-from torc_lab.kinds import ARM_DRIVERS, GRIPPER_DRIVERS
 
 _MAX_BYTES = 100_000
 _REMEDY = "`torc lab example NAME` prints one to begin with."
@@ -208,7 +208,7 @@ def usual_box(
     return lower, upper
 
 
-def driver_config(kind: PartKind, device: Device, where: str) -> dict[str, Any]:
+def driver_config(kind: Kind[Any], device: Device, where: str) -> dict[str, Any]:
     """The arguments of a driver by its settings: as `config`, if it takes a dataclass of that name. Raises InputError
     for a driver that there is not, and for settings that it has not, or that cannot be.
     """

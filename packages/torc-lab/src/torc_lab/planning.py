@@ -6,8 +6,8 @@ import numpy as np
 
 from torc.geometry.transforms import invert, transform_points
 from torc.motion.protocol import MotionPlanner, PickRequest
-from torc.plugins import warm_up
 from torc.records import PickPlan, PlanFailure, PlanStage
+from torc.registry.kinds import MOTION_PLANNERS
 from torc.robots.description import RobotDescription
 from torc.robots.kinematics import tool0_poses
 from torc_lab.checks import MotionLimits, motion_faults, outside_box, stretch_for, stretched
@@ -52,4 +52,4 @@ class LimitedMotionPlanner:
 
     def warm_up(self, request: PickRequest) -> None:
         """The other's."""
-        warm_up(self.inner, request)
+        MOTION_PLANNERS.traits(self.inner).warm_up(request)

@@ -8,7 +8,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from jaxtyping import Float
 
-from torc.errors import TorcError
+from torc.errors import PickHaltedError, TorcError
 from torc.records import Trajectory
 from torc.robots.protocols import Gripper
 
@@ -18,11 +18,11 @@ class LabError(TorcError):
     is errored, no pick failed."""
 
 
-class MotionRefusedError(LabError):
+class MotionRefusedError(LabError, PickHaltedError):
     """The supervisor did not let a motion begin."""
 
 
-class RobotStoppedError(LabError):
+class RobotStoppedError(LabError, PickHaltedError):
     """A motion was stopped halfway, by the robot, the supervisor or a person. The arm rests; somebody has to look, and
     to say `resume`."""
 

@@ -5,25 +5,22 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from torc.episode.events import Decided, Ended, Event, Halted, Listener, Planned, Started
-from torc.episode.log_writing import result_facts
-from torc.episode.loop import Episode, rehearse
+from torc.episode.events import Event, Listener, Planned, Started
+from torc.episode.log import result_facts
+from torc.episode.loop import Episode, run_episode
 from torc.episode.pick_view import view_of
-from torc.episode.planners import make_spec_planner, refuse_simulated
 from torc.episode.recorder import TrialRecorder
-from torc.episode.steps import EpisodeConfig, PickParts, Steps, checked_choice, pick_request
+from torc.episode.steps import EpisodeConfig
 from torc.episode.trial import Trial, recorded_trial
 from torc.errors import InputError, TorcError
-from torc.motion.asking import ask_motion_planner
 from torc.perception.protocol import Wanted
 from torc.pipeline.building import build_system, sources
-from torc.pipeline.look import Look
-from torc.pipeline.state import stage_rng
+from torc.pipeline.planners import make_spec_planner, refuse_simulated
 from torc.pipeline.warm_up import announced_compilation
-from torc.records import Decision, PickOutcome, PickPlan
-from torc.specs.files import to_plain
+from torc.records import PickOutcome, PickPlan, PlanFailure
+from torc.registry.kinds import PERCEPTIONS
+from torc.specs.spec_files import to_plain
 from torc.specs.trial import PlannerSpec, TrialSpec
-from torc.task_planning.asking import ask_planner
 from torc.task_planning.protocol import TaskPlanner
 from torc.vlm.cache import CacheConfig
 from torc_lab.checks import stretch_for
@@ -32,7 +29,7 @@ from torc_lab.guarding import Guarded, guarded
 from torc_lab.lab_file import Lab
 from torc_lab.person import Ask, Confirmation, Confirming, ask_in_terminal
 from torc_lab.planning import LimitedMotionPlanner
-from torc_lab.protocols import LabError, MotionRefusedError, RobotStoppedError
+from torc_lab.protocols import LabError, RobotStoppedError
 from torc_lab.robot import LabRobot
 from torc_lab.supervisor import SupervisedArm
 from torc_lab.ways import tcp_ways, ways_text
@@ -82,7 +79,7 @@ def retrieve(
     """
     refuse_simulated(spec.planner.name)
     system = build_system(spec.conditions, lab.workspace, planned_for(lab))
-    blind = getattr(system.pipeline.perception, "needs_pictures", False)
+    blind = PERCEPTIONS.traits(system.pipeline.perception).needs_pictures
     if blind and not (wanted.pictures or wanted.mark):
         raise InputError(
             f"Perception '{spec.conditions.perception}' knows a target by pictures, not by words: give --reference "
@@ -128,9 +125,8 @@ class _LabTrial:
     ) -> None:
         self.lab, self.robot, self.planner = lab, robot, planner
         self.wanted, self.operation, self.say = wanted, operation, say
-        system, self.guard = careful.system, careful.text
-        planner_within = LimitedMotionPlanner(system.motion_planner, lab.robot, limits(lab))
-        self.parts = PickParts(robot, system.pipeline, planner_within)
+        within = LimitedMotionPlanner(careful.system.motion_planner, lab.robot, limits(lab))
+        self.system, self.guard = replace(careful.system, motion_planner=within), careful.text
 
     def play(self, spec: TrialSpec, listeners: Sequence[Listener]) -> dict[str, Any]:
         """The facts of the result."""
@@ -143,37 +139,24 @@ class _LabTrial:
                 z = self.lab.workspace.support_z_m
                 self.say(ways_text(event.ways, event.plan, self.lab.robot, limits(self.lab), z))
 
-        view_of(rehearse(self.parts, self.planner).context)
         config = EpisodeConfig(spec.conditions.max_picks, spec.seed)
+        episode = Episode(self.robot, self.system, self.wanted, config, [tell])
+        view_of(episode.rehearse(self.planner).context)
         vlm = "" if spec.planner.vlm is None else spec.planner.vlm.text
         said = (
             self.wanted.description
             or f"the object of the {'mark' if self.wanted.mark else 'reference pictures'}"
         )
         begun = Started(spec.problem_name, self.planner.name, spec.seed, said, config.max_picks, vlm=vlm)
-        tell(replace(begun, guard=self.guard))
-        episode = Episode(Steps(self.parts, self.wanted, config, tell))
-        halts: list[str] = []
+        begun = replace(begun, guard=self.guard)
         self._await_rest_pose()
-        while (look := episode.look()) is not None:
-            pick = episode.state.pick
-            with episode.steps.clock.stage("decide") as lap:
-                decision = ask_planner(self.planner, look.context, stage_rng(spec.seed, pick, "decide"))
-            tell(Decided(pick, look, decision, lap.seconds))
-            if self.operation.dry_run:
-                return self._dry(episode, look, decision, tell)
-            try:
-                episode.pick(look, decision)
-            except (RobotStoppedError, MotionRefusedError) as error:
-                halts.append(str(error))
-                tell(Halted(pick, str(error)))
-                self._resume(error)
-        result = episode.result()
-        tell(Ended(result))
-        # What a person took part in is told, but no result of the planner.
+        if self.operation.dry_run:
+            return self._dry(episode, begun)
+        result = run_episode(episode, self.planner, begun, self._resume)
+        # The record keeps what a person took part in, but it is no result of the planner.
         return {
-            "status": "interrupted" if halts else "completed",
-            "halts": halts,
+            "status": "interrupted" if result.halts else "completed",
+            "halts": list(result.halts),
             **result_facts(result),
         }
 
@@ -183,23 +166,24 @@ class _LabTrial:
             return replace(event, ways=tcp_ways(self.lab.robot, event.plan))
         return event
 
-    def _dry(
-        self, episode: Episode, look: Look, decision: Decision, tell: Callable[[Event], None]
-    ) -> dict[str, Any]:
-        """Plans the motions of a decision, and leaves it at that."""
-        choice = checked_choice(look, decision)
-        facts: dict[str, Any] = {"status": "dry run"}
-        if isinstance(choice, PickOutcome):
-            return facts | {"plan": f"none: {choice.detail or choice.result.value}"}
-        rng = stage_rng(episode.steps.config.seed, episode.state.pick, "motion")
-        with episode.steps.clock.stage("plan motions") as lap:
-            plan = ask_motion_planner(self.parts.motion_planner, pick_request(look, choice), rng)
-        tell(Planned(episode.state.pick, look, plan, lap.seconds))
-        if not isinstance(plan, PickPlan):
-            return facts | {"plan": f"none: {plan.stage}: {plan.reason}"}
-        within, robot = limits(self.lab), self.lab.robot
-        seconds = sum(m.duration_s * stretch_for(m, within, robot) for m in plan.motions)
-        return facts | {"plan": f"{len(plan.motions)} motions, about {seconds:.0f} s at this speed"}
+    def _dry(self, episode: Episode, begun: Started) -> dict[str, Any]:
+        """Look, decide and plan once; nothing moves."""
+        episode.steps.tell(begun)
+        plan: PickPlan | PlanFailure | PickOutcome | None = None
+        if (look := episode.look()) is not None:
+            plan = episode.plan(look, episode.decide(self.planner, look))
+        match plan:
+            case PickPlan():
+                within, robot = limits(self.lab), self.lab.robot
+                seconds = sum(m.duration_s * stretch_for(m, within, robot) for m in plan.motions)
+                text = f"{len(plan.motions)} motions, about {seconds:.0f} s at this speed"
+            case PlanFailure():
+                text = f"none: {plan.stage}: {plan.reason}"
+            case PickOutcome():
+                text = f"none: {plan.detail or plan.result.value}"
+            case None:
+                text = "none: no object is in sight"
+        return {"status": "dry run", "plan": text}
 
     def _resume(self, error: Exception) -> None:
         """Lets a person look after a robot that was stopped. Raises the error if he does not want to go on."""

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from camera_scenes import COLOR, POSE, seen
 
-from torc.perception.marking import mark_image
+from torc.drawing.marking import mark_image
 from torc.perception.privileged import LabelPerception
 from torc_lab.cameras.picture import depth_colors, snapshot_picture
 

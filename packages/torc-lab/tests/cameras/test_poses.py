@@ -10,7 +10,7 @@ from camera_scenes import COLOR, DEPTH, POSE, seen
 from torc.errors import InputError
 from torc.geometry.transforms import make_pose, rotation_about, wxyz_from_rotation
 from torc.perception.stereo import made_up_pair
-from torc.specs.settings import changed
+from torc.registry.settings import changed
 from torc.specs.variants import plain_value
 from torc_lab.cameras.poses import placed, read_pose
 

@@ -15,7 +15,7 @@ from torc.pipeline.frames import load_frame, save_observation
 from torc.testing.contexts import box
 from torc.testing.synthetic import SyntheticCylinder, synthetic_observation
 from torc.workspace.description import CameraMount
-from torc_lab.cameras import kinds
+from torc_lab.cameras import zed_uvc
 
 SHAPES = (
     box(1, 0.62, -0.02, (0.07, 0.07, 0.12)),
@@ -210,7 +210,7 @@ def test_a_recorded_pair_is_matched_again(tmp_path, capsys):
     save_observation(tmp_path / "frame", replace(o, pair=made_up_pair(o.depth_m, 600.0)))
     answers = []
     for depth in ("as-measured", "sgbm"):
-        options = ("--depth", depth, "--perception", "regions", "--json")
+        options = ("--depth", depth, "--json")
         code, out, err = run_torc("decide", tmp_path / "frame", *options, capsys=capsys)
         assert code == 0, err
         answers.append(json.loads(out[out.index("{") :]))
@@ -238,7 +238,7 @@ def test_the_kinds_are_listed_with_what_is_missing(monkeypatch, tmp_path, capsys
     for number, name in ((0, "ZED 2i"), (10, "Webcam"), (9, "ZED 2i")):
         (tmp_path / f"video{number}").mkdir()
         (tmp_path / f"video{number}" / "name").write_text(f"{name}\n")
-    monkeypatch.setattr(kinds, "_VIDEO_DEVICES", tmp_path)
+    monkeypatch.setattr(zed_uvc, "_VIDEO_DEVICES", tmp_path)
     code, out, _ = run_torc("camera", "list", capsys=capsys)
     assert code == 0
     assert "found: /dev/video0: ZED 2i\n" in out

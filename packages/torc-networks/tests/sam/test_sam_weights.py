@@ -9,14 +9,15 @@ import pytest
 
 from torc.errors import InputError, MissingDependencyError
 from torc.pipeline.building import make_stage
+from torc.registry.context import BuildContext
 from torc.specs.conditions import PipelineSpec
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 from torc_networks.sam.network import GROUNDING_DINO, SAM2, SAM3, Kind, Runtime, load_network
 from torc_networks.sam.perception import GroundedSam2Config, GroundedSam2Perception, Sam3Config
 from torc_networks.sam.sam2 import masks_in_boxes
 from torc_networks.sam.weights import KNOWN, known_weights
 
-PAGE = (Path(__file__).parents[4] / "docs" / "segmentation_networks.md").read_text()
+PAGE = (Path(__file__).parents[4] / "docs" / "networks.md").read_text()
 
 
 def test_the_defaults_are_known_and_every_licence_is_named():
@@ -42,7 +43,7 @@ def test_making_the_stages_loads_nothing(torch):
     load_network.cache_clear()
     for name in ("grounded-sam2", "sam3"):
         spec = PipelineSpec(perception=name, settings={"perception.most": 7, "perception.words.sure": 0.6})
-        part = make_stage(spec, "perception", rough=True, workspace=load_workspace())
+        part = make_stage(spec, "perception", BuildContext(workspace=load_workspace()), rough=True)
         assert part.config.most == 7
         assert part.words.sure == 0.6
         assert part.config.clouds.edge_slope == 4.0
@@ -64,7 +65,7 @@ def test_weights_that_are_not_here_say_how_to_get_them(torch):
     for part in (
         "Apache-2.0",
         "hf download facebook/sam2.1-hiera-tiny --local-dir",
-        "docs/segmentation_networks.md",
+        "docs/networks.md",
     ):
         assert part in text
     assert "gated" not in text

@@ -7,7 +7,7 @@ from next_object_values import continued, followed, within
 
 from torc.pipeline.better_bet import BetConfig
 from torc.records import TARGET_ID
-from torc.task_planning.expected_picks import expected_picks
+from torc.task_planning.belief.costs import expected_picks
 from torc_next_object.making.pricing import Price
 from torc_next_object.making.valuing import Valued
 

@@ -4,8 +4,8 @@ import json
 
 import pytest
 
+from next_object_helpers.harness_environments import run_in_harness
 from next_object_helpers.tiny_next_object import tiny_replies, tiny_rows, write_tiny
-from tests.helpers.harness_environments import run_in_harness
 from torc_next_object.replies import read_number
 from torc_next_object.scoring import score_answer, score_answers
 

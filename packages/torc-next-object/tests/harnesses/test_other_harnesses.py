@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from next_object_helpers.harness_environments import VARIABLE, run_in_harness
 from next_object_helpers.tiny_next_object import tiny_replies, tiny_rows, write_tiny
-from tests.helpers.harness_environments import VARIABLE, run_in_harness
 from torc_next_object.harnesses.exporting import export_for
 from torc_next_object.prompting import prompt_text
 from torc_next_object.replies import read_number

@@ -13,7 +13,6 @@ from torc.pipeline.building import build_system
 from torc.problems.problem import load_problem
 from torc.records import TARGET_ID, GraspStatus
 from torc.specs.conditions import Conditions
-from torc.task_planning.random_choice import graspable_ids
 from torc.vlm.select import grasp_facts
 from torc_next_object.data.checking import check_directory
 from torc_next_object.making import rows as rows_module
@@ -37,7 +36,7 @@ def test_decisions_begin_at_the_first_look_and_none_is_taken_twice(looks):
     assert len(set(found)) == len(found) > 1
     easy = 0
     for gone in found:
-        graspable = graspable_ids(looks.context(gone))
+        graspable = looks.context(gone).graspable_ids
         assert len(graspable) >= 2
         assert len(gone) <= MOST_DEEP
         easy += TARGET_ID in graspable
@@ -64,7 +63,7 @@ def test_a_look_with_new_numbers_tells_the_same(looks):
             for c, k in ((context, old), (shown, new))
         ]
         assert np.array_equal(*valid)
-        assert (old in graspable_ids(context)) == (new in graspable_ids(shown))
+        assert (old in context.graspable_ids) == (new in shown.graspable_ids)
     # Who blocks whom, too: as many pairs, and between the same objects.
     pairs = [
         {

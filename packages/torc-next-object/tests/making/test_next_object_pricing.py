@@ -7,7 +7,7 @@ import pytest
 
 from torc.pipeline.better_bet import BetConfig
 from torc.records import TARGET_ID
-from torc.task_planning.expected_picks import expected_picks
+from torc.task_planning.belief.costs import expected_picks
 from torc_next_object.making import pricing
 from torc_next_object.making.pricing import CALIBRATION_ERROR, Price, Try, first_tries, price_of
 

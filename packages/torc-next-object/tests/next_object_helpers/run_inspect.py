@@ -10,7 +10,7 @@ from pathlib import Path
 from inspect_ai import eval as run_eval
 from inspect_ai.model import ModelOutput, ModelUsage, get_model
 
-from torc.records.files import data_url
+from torc.io.pictures import data_url
 from torc_next_object.data.opening import open_rows
 from torc_next_object.prompting import prompt_text
 

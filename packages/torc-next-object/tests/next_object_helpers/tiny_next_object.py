@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from torc.records.files import jpeg_bytes
+from torc.io.pictures import jpeg_bytes
 from torc_next_object.data.tables import write_rows
 from torc_next_object.schema import NextObjectRow, best_numbers, random_value
 

@@ -1,4 +1,4 @@
-"""The leaderboard: what may stand in it, and that its page is made of it."""
+"""Which scores the leaderboard takes, and that its page is made from it."""
 
 from copy import deepcopy
 

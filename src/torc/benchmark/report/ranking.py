@@ -94,9 +94,16 @@ def rank(table: Table) -> list[Standing]:
 def _standing(table: Table, planner: str) -> Standing:
     rows, done = table.of(planner), table.completed(planner)
     played = sum(r.status != "missing" for r in rows)
-    facts = COST.of(done), SUCCESS.of(done), DROPS.of(done)
-    reference = not all(r.participant for r in rows)
-    return Standing(planner, *facts, len(done), played, len(rows), reference)
+    return Standing(
+        planner,
+        cost=COST.of(done),
+        success=SUCCESS.of(done),
+        drops=DROPS.of(done),
+        completed=len(done),
+        played=played,
+        planned=len(rows),
+        reference=not all(r.participant for r in rows),
+    )
 
 
 def _order(standing: Standing) -> tuple[bool, bool, float, float, str]:

@@ -67,7 +67,10 @@ def scores_table(table: Table, planners: Sequence[str]) -> TextTable:
         *("planner", "trials", *(("pick efficiency",) if ORACLE in bounds else ())),
         *(f"more picks than {b}" for b in bounds),
         *(f"picks + {price} x drops" for price in DROP_PRICES),
-        *("picks where retrieved", "target lost", "wrong object", "failed otherwise"),
+        "picks where retrieved",
+        "target lost",
+        "wrong object",
+        "failed otherwise",
     )
     note = (
         "Pick efficiency: ORACLE's picks / one's own on the same problem and seed, 0 where not retrieved; above 1 only "

@@ -15,8 +15,15 @@ from torc.benchmark.rows import Table
 CATEGORIES = ("structured", "unstructured")
 _PROMISE_BINS = (0.0, 0.5, 0.8, 0.95, 0.98, 1.0)
 _STANDING = (
-    *("planner", "picks to retrieval", "more than the best", "retrieved", "with no drop", "drops"),
-    *("decision, s", "trials", "errored"),
+    "planner",
+    "picks to retrieval",
+    "more than the best",
+    "retrieved",
+    "with no drop",
+    "drops",
+    "decision, s",
+    "trials",
+    "errored",
 )
 
 

@@ -6,8 +6,14 @@ from torc.benchmark.report.cells import TextTable
 from torc.benchmark.rows import Table, TrialRow
 
 _HEADER = (
-    *("planner", "trials", "calls a trial", "calls a pick", "tokens sent a trial", "tokens written a trial"),
-    *("cost a trial", "cost in all"),
+    "planner",
+    "trials",
+    "calls a trial",
+    "calls a pick",
+    "tokens sent a trial",
+    "tokens written a trial",
+    "cost a trial",
+    "cost in all",
 )
 _NOTE = (
     "Means over all trials in which the model was asked, errored ones too; tokens as the server counts them, thinking "

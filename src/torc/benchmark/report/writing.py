@@ -24,7 +24,7 @@ from torc.benchmark.rows import Table
 from torc.benchmark.table_files import write_tables
 from torc.episode.viewer_links import REPORT
 from torc.errors import InputError, PartError, extra_remedy
-from torc.plugins import blamed, registered
+from torc.registry.loading import blamed, registered
 
 REPORT_FORMAT = "torc-report/1"
 SECTIONS = "torc.report_sections"
@@ -90,15 +90,17 @@ def write_report(roots: Sequence[Path], out: Path, gallery: int = 24) -> Report:
     trials = f"{sum(r.completed for r in table.rows)} trials, {len(table.problems)} problems, {len(planners)} planners"
     conditions = f", with {table.conditions}" if table.conditions else ""
     title = f"{table.root.resolve().name or 'Report'}: {trials}{conditions}"
-    page = title, ranking.verdict, _sections(table, ranking, pictures, gallery, view)
+    verdict, sections = ranking.verdict, _sections(table, ranking, pictures, gallery, view)
+    html = html_page(title, verdict, sections, openings(table))
+    markdown = markdown_page(title, verdict, sections, _FIGURES)
     try:
         (out / _FIGURES).mkdir(parents=True, exist_ok=True)
         for picture in pictures:
             (out / _FIGURES / f"{picture.name}.svg").write_bytes(picture.svg)
             (out / _FIGURES / f"{picture.name}.png").write_bytes(picture.png)
         write_tables(table, out)
-        (out / "index.html").write_text(html_page(*page, openings(table)), encoding="utf-8")
-        (out / "report.md").write_text(markdown_page(*page, _FIGURES), encoding="utf-8")
+        (out / "index.html").write_text(html, encoding="utf-8")
+        (out / "report.md").write_text(markdown, encoding="utf-8")
     except OSError as error:
         raise InputError(f"Cannot write to '{out}': {error.strerror}. Choose another --out.") from error
     return Report(out, out / "index.html", view, _summary(ranking))

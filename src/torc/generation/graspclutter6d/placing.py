@@ -16,16 +16,16 @@ from torc.generation.graspclutter6d.reading import (
     object_words,
 )
 from torc.geometry.transforms import Pose, invert, transform_points, wxyz_from_rotation
-from torc.objects.files import load_source
 from torc.objects.importing.mesh import MeshImport, MeshOptions, read_mesh
 from torc.objects.importing.storing import add_object
 from torc.objects.library import find_stored, load_stored, store_directories
 from torc.objects.models import ObjectModel
+from torc.objects.object_files import load_source
 from torc.problems.problem import ObjectPlacement, Problem
 from torc.sim.settling import EASED_M, SettleConfig, ease_apart, settle, with_poses_of
+from torc.sim.simulated_world import Presence, World, build_world
 from torc.sim.stillness import StillnessConfig, watch_stillness
-from torc.sim.world import Presence, World, build_world
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 
 LICENCE = "GraspClutter6D, CC-BY-SA-4.0"
 _FOLDERS = {

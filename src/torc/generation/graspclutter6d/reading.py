@@ -30,9 +30,9 @@ from pydantic import (
 )
 
 from torc.errors import InputError, UnknownNameError
-from torc.files.reading import read_plain_text
-from torc.files.strict_yaml import explain_faults
 from torc.geometry.transforms import Pose, make_pose
+from torc.io.reading import read_plain_text
+from torc.io.strict_yaml import explain_faults
 from torc.problems.schema import Category
 from torc.records.camera import MAX_OBJECTS
 
@@ -135,7 +135,7 @@ def check_root(root: Path) -> None:
     if not (root / "scenes").is_dir():
         raise InputError(
             f"{root} has no folder scenes/: it is not the root of GraspClutter6D. Give the directory that holds "
-            "scenes/ and models_obj_m/, unpacked (see docs/graspclutter6d.md)."
+            "scenes/ and models_obj_m/, unpacked (see docs/problems.md)."
         )
 
 

@@ -58,8 +58,17 @@ def propose_slices(given: GeneratorInput, rng: np.random.Generator) -> RawCandid
         gap_m=float(config.gap_m),
         min_points=given.min_points,
     )
-    points, drawn_frames = (cloud.points, cloud.visible, cloud.felt), (closings[frames], turned[frames])
-    n = _slices(*points, *drawn_frames, rng.random(len(frames)), config.slices_per_frame, rules, out)
+    n = _slices(
+        cloud.points,
+        cloud.visible,
+        cloud.felt,
+        closings[frames],
+        turned[frames],
+        rng.random(len(frames)),
+        config.slices_per_frame,
+        rules,
+        out,
+    )
     return drawn(RawCandidates(*(a[:n] for a in out)), config.max_raw, rng)
 
 

@@ -17,9 +17,8 @@ import trimesh
 from jaxtyping import Float
 
 from torc.errors import InputError
-from torc.fingerprints import file_fingerprint
 from torc.geometry.transforms import wxyz_from_rotation
-from torc.objects.files import save_object
+from torc.io.digests import file_fingerprint
 from torc.objects.importing.baking import baked
 from torc.objects.importing.decomposing import convex_pieces, few_corners, solid_enough
 from torc.objects.importing.mesh import ANSWER_FILE, MADE_DIRECTORY, REQUEST_FILE, MeshOptions
@@ -36,6 +35,7 @@ from torc.objects.importing.surfaces import (
     with_area,
 )
 from torc.objects.models import CollisionPiece, ObjectModel, Vec3, VisualMesh, pieces_bounds
+from torc.objects.object_files import save_object
 from torc.objects.schema import MAX_MASS_KG, MAX_SIZE_M, MAX_VISUALS, MIN_MASS_KG, MIN_SIZE_M, ObjectSource
 
 MAX_FACES = 20_000

@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Any, Literal
 
 from torc.errors import InputError, MissingDependencyError, extra_remedy
-from torc.objects.files import load_object_directory, load_source
 from torc.objects.models import ObjectModel
+from torc.objects.object_files import load_object_directory, load_source
 from torc.objects.schema import (
     MAX_DESCRIPTION,
     MAX_FRICTION,

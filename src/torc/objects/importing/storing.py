@@ -7,8 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from torc.errors import InputError
-from torc.fingerprints import file_fingerprint
-from torc.objects.files import check_replaceable, load_source, save_object
+from torc.io.digests import file_fingerprint
 from torc.objects.importing.mesh import FORMATS, MeshImport
 from torc.objects.library import (
     builtin_object_names,
@@ -17,6 +16,7 @@ from torc.objects.library import (
     object_names,
     store_directories,
 )
+from torc.objects.object_files import check_replaceable, load_source, save_object
 
 MAX_MESHES = 2_000
 _RICHER = ("glb", "obj", "ply", "stl")

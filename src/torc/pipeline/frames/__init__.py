@@ -4,7 +4,7 @@ docs/frames.md lists what the two forms, a .npz file and a directory, hold. With
 no object has that label, the frame is refused.
 """
 
-from torc.pipeline.frames.files import (
+from torc.pipeline.frames.frame_files import (
     frame_of,
     load_frame,
     load_observation,

@@ -17,9 +17,9 @@ from jaxtyping import Int16
 from PIL import Image
 
 from torc.errors import InputError, UnknownNameError
-from torc.files.reading import read_text
 from torc.geometry.transforms import make_pose
-from torc.pipeline.frames.files import load_frame
+from torc.io.reading import read_text
+from torc.pipeline.frames.frame_files import load_frame
 from torc.records import BACKGROUND, Observation
 
 _XTION_FOCAL_PX = 570.3422

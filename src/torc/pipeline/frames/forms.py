@@ -11,11 +11,11 @@ from pydantic import (
 )
 
 from torc.errors import InputError
-from torc.files.strict_yaml import explain_faults
 from torc.geometry.transforms import Pose, invert
-from torc.pipeline.frames.checks import check_pose
+from torc.io.strict_yaml import explain_faults
 from torc.pipeline.frames.names import UNUSED, our_names, plain_name
 from torc.pipeline.frames.pixels import as_labels, as_plane, as_rgb
+from torc.pipeline.frames.plausibility import check_pose
 from torc.pipeline.frames.raw_files import read_arrays, read_json, read_pixels
 from torc.pipeline.frames.stored import GridSettings, Settings, StoredFrame
 from torc.pipeline.frames.values import parse_pose, size_beside
@@ -30,8 +30,15 @@ MAYBE = ("labels.png", "left.png", "right.png")
 IMAGES = ("rgb", "labels", "depth_m", "depth", "left", "right")
 _PAIR = ("left", "right", "baseline_m")
 SETTINGS = (
-    *("K", "T_world_camera", "pose_estimated", "target", "target_description"),
-    *("support_z_m", "background", "robot", "baseline_m"),
+    "K",
+    "T_world_camera",
+    "pose_estimated",
+    "target",
+    "target_description",
+    "support_z_m",
+    "background",
+    "robot",
+    "baseline_m",
 )
 FILE_KEYS: tuple[str, ...] = (*SETTINGS, "depth_scale", "grid_origin", "grid_voxel_size_m", "grid_shape")
 _MORE = ("intrinsics", "camera_pose", "depth_scale_m", "names", "grid", "version")

@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import UInt8
 
-from torc.files.pictures import in_eight_bits
+from torc.io.pictures import in_eight_bits
 
 _MOST_INSTANCES = 1000
 

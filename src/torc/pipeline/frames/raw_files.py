@@ -9,8 +9,8 @@ import numpy as np
 from PIL import Image
 
 from torc.errors import InputError
-from torc.files.pictures import eight_bit_picture
-from torc.files.reading import read_text
+from torc.io.pictures import eight_bit_picture
+from torc.io.reading import read_text
 
 MAX_PIXELS = 20_000_000
 MAX_ARRAY_BYTES = 512 * 2**20

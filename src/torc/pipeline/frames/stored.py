@@ -19,8 +19,8 @@ from pydantic import (
     model_validator,
 )
 
-from torc.files.strict_yaml import Number
 from torc.geometry.transforms import Pose
+from torc.io.strict_yaml import Number
 from torc.pipeline.frames.values import parse_intrinsics, parse_pose
 from torc.records import ROBOT, Observation, StereoPair, VoxelGrid
 

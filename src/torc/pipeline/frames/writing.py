@@ -10,9 +10,9 @@ import numpy as np
 from jaxtyping import Float32, UInt16
 from PIL import Image
 
+from torc.io.record_files import to_plain
 from torc.pipeline.frames.stored import HIDDEN, Frame
 from torc.records import BACKGROUND, ROBOT, Observation
-from torc.records.serialization import to_plain
 
 _DEPTH_UNITS_M = (0.0001, 0.001)
 """Of depth.png as written here: 0.1 mm up to 6.5 m, else 1 mm; what is beyond 65 m is left out."""

@@ -34,11 +34,11 @@ def grid_frame(grid: VoxelGrid) -> Float[np.ndarray, "4"]:
     return np.array([*grid.origin, grid.voxel_size_m], dtype=float)
 
 
-def bodies_of(scene: SegmentedScene, volume: OcclusionVolume, reach_down: bool = True) -> Bodies:
+def bodies_of(scene: SegmentedScene, volume: OcclusionVolume) -> Bodies:
     """The boxes that the objects in sight are taken to fill, as the grasp planner takes them (`assumed_body`).
 
-    With `reach_down` a box whose lower end is out of sight goes on down through space that was never seen, as far as
-    the support or the next body: most things stand on something.
+    A box whose lower end is out of sight goes on down through space that was never seen, as far as the support or the
+    next body: most things stand on something.
     """
     config, support_z_m = CloudConfig(), float(volume.grid.origin[2])
     camera = np.asarray(scene.observation.T_world_camera, dtype=float)[:3, 3]
@@ -52,7 +52,7 @@ def bodies_of(scene: SegmentedScene, volume: OcclusionVolume, reach_down: bool =
         ids.append(o.id)
         rows.append(np.array([*body.center, *body.size_m / 2, *body.view[:2]]))
     boxes = np.array(rows, dtype=float).reshape(len(rows), 8)
-    if reach_down and len(boxes):
+    if len(boxes):
         boxes = extended_down(
             kernel_array(boxes), kernel_array(volume.seen, np.bool_), grid_frame(volume.grid)
         )

@@ -7,9 +7,8 @@ import numpy as np
 from jaxtyping import Float, Int64, UInt32, UInt64
 
 from torc.records import GraspStatus, PlanningContext
+from torc.records.graph import DependencyEdge, EdgeKind
 from torc.task_planning.belief.settings import OpeningConfig, PriceConfig
-from torc.task_planning.expected_picks import expected_picks
-from torc.task_planning.graph import DependencyEdge, EdgeKind
 
 LEAST_P = 0.05
 """No grasp is taken to be worse than this."""
@@ -181,3 +180,20 @@ def as_bits(masks: UInt32[np.ndarray, "s"], candidates: Sequence[int]) -> UInt64
 def _count(bits: int, gone: UInt64[np.ndarray, "s"]) -> Int64[np.ndarray, "s"]:
     """How many of these objects are not gone."""
     return np.bitwise_count(np.uint64(bits) & ~gone).astype(np.int64)
+
+
+def expected_picks(p: float, lost_share: float, picks_left: int) -> float:
+    """Expected number of picks to get an object out by a grasp that succeeds with probability p; infinite for p = 0.
+
+    With q the share of failed tries that lose the object, and with it all picks that are left:
+
+        cost(p) = tries + lost * picks_left,  tries = 1 / (p + q (1 - p)),  lost = q (1 - p) * tries
+    """
+    return picks_until(p, lost_share * (1 - p), picks_left) if p > 0 else float("inf")
+
+
+def picks_until(comes: float, goes: float, picks_left: int) -> float:
+    """Expected number of picks where a try gets the object with probability `comes` and loses it with `goes`. Not both
+    may be 0.
+    """
+    return float((1 + goes * picks_left) / (comes + goes))

@@ -62,7 +62,7 @@ def search_target(
 ) -> Search:
     """What to remove to find the target; the plan is empty where nothing that can be removed shows anything."""
     volume, scene = context.volume, context.scene
-    bodies = bodies_of(scene, volume, config.particles.reach_down)
+    bodies = bodies_of(scene, volume)
     particles = propose(volume, bodies, config.particles, rng, context.target_size_m)
     eye = np.asarray(scene.observation.T_world_camera, dtype=float)[:3, 3]
     belief = believe(particles, volume, bodies, eye, config.hiding, rng)

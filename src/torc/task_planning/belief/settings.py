@@ -39,7 +39,6 @@ class ParticleConfig:
         inside_share: a proposal may lie with this share inside bodies in sight at no loss.
         most_inside_share: with this share inside it does not fit; 1 leaves bodies out of the test.
         body_scale: scale of the bodies in sight for that test, about their centres: they are boxes around them.
-        reach_down: bodies whose lower ends are out of sight go on down to the support or the next body.
     """
 
     proposals: int = 12_000
@@ -53,7 +52,6 @@ class ParticleConfig:
     inside_share: float = 0.1
     most_inside_share: float = 0.3
     body_scale: float = 0.85
-    reach_down: bool = True
 
     def __post_init__(self) -> None:
         if self.proposals < 1 or self.most < 1 or self.fewest < 1:

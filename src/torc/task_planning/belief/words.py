@@ -1,12 +1,11 @@
 """What the planner `belief` says of a decision: a sentence for people, and plain data for the log."""
 
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 
 from torc.geometry.transforms import project
-from torc.records import Observation
+from torc.records import BeliefEvidence, Observation
 from torc.task_planning.belief.hidden_target import Search
 from torc.task_planning.belief.hiding import Belief
 from torc.task_planning.belief.target_in_sight import Access
@@ -44,29 +43,30 @@ def search_reason(search: Search, called: Called) -> str:
     return f"{said} About {search.expected_picks:.1f} picks to the target."
 
 
-def search_evidence(search: Search, observation: Observation) -> dict[str, Any]:
-    """The belief as plain data; keys that are object ids are text, as JSON has them."""
+def search_evidence(search: Search, observation: Observation) -> BeliefEvidence:
+    """The belief of a search, rounded for the log."""
     belief = search.belief
     behind, hidden = belief.mass_behind(), belief.mass_hidden()
-    each = {k: float(v) for k, v in zip(search.candidates, search.plan.each) if np.isfinite(v)}
-    return {
-        "order": list(search.order),
-        "expected_picks": round(search.expected_picks, _DIGITS),
-        "reveals": {str(k): _short(search.reveals((k,))) for k in search.candidates},
-        "behind": {str(k): _short(behind[k]) for k in search.candidates},
-        "hidden_by": {str(k): _short(hidden[k]) for k in search.candidates},
-        "prices": {str(k): _short(v) for k, v in each.items()},
-        "beyond": _short(search.places.beyond),
-        "particles": belief.fitting,
-        "presence": _short(search.presence),
-        "suspects": {str(k): _short(p) for k, p in search.suspects.items()},
-        **belief_tiles(belief, observation),
-    }
+    tile_px, tiles = belief_tiles(belief, observation)
+    return BeliefEvidence(
+        order=search.order,
+        expected_picks=_short(search.expected_picks),
+        reveals={k: _short(search.reveals((k,))) for k in search.candidates},
+        behind={k: _short(behind[k]) for k in search.candidates},
+        hidden_by={k: _short(hidden[k]) for k in search.candidates},
+        prices={k: _short(v) for k, v in zip(search.candidates, search.plan.each) if np.isfinite(v)},
+        beyond=_short(search.places.beyond),
+        particles=belief.fitting,
+        presence=_short(search.presence),
+        suspects={k: _short(p) for k, p in search.suspects.items()},
+        tile_px=tile_px,
+        tiles=tiles,
+    )
 
 
-def belief_tiles(belief: Belief, observation: Observation) -> dict[str, Any]:
-    """Where in the image the places lie: rows of (tile's row, tile's column, share of the belief), and a tile's size in
-    pixels. Places that project outside of the image are left out.
+def belief_tiles(belief: Belief, observation: Observation) -> tuple[int, tuple[tuple[int, int, float], ...]]:
+    """Where in the image the target's places lie: the edge of a tile in pixels, and (row, column, probability) of each
+    tile. Places that project outside the image are left out.
     """
     height, width = observation.depth_m.shape
     tile_px = max(1, height // TILES)
@@ -77,8 +77,7 @@ def belief_tiles(belief: Belief, observation: Observation) -> dict[str, Any]:
     row, col = (rows[inside] // tile_px).astype(int), (cols[inside] // tile_px).astype(int)
     np.add.at(shares, (row, col), belief.weights[inside])
     kept = np.argwhere(shares >= _LEAST_TILE)
-    tiles = [[int(r), int(c), round(float(shares[r, c]), 5)] for r, c in kept]
-    return {"tile_px": tile_px, "tiles": tiles}
+    return tile_px, tuple((int(r), int(c), round(float(shares[r, c]), 5)) for r, c in kept)
 
 
 def access_reason(access: Access, target: int, called: Called) -> str:
@@ -97,10 +96,10 @@ def access_reason(access: Access, target: int, called: Called) -> str:
     return f"Pick {called(first)}: once {gone} the target {called(target)} {better}. About {access.picks:.1f} picks."
 
 
-def access_evidence(access: Access) -> dict[str, Any]:
-    """The way to the target as plain data."""
-    now = {} if np.isinf(access.now) else {"picks_now": _short(access.now)}
-    return {"order": list(access.order), "expected_picks": _short(access.picks), **now}
+def access_evidence(access: Access) -> BeliefEvidence:
+    """The removals that free a target in sight."""
+    now = None if np.isinf(access.now) else _short(access.now)
+    return BeliefEvidence(access.order, _short(access.picks), now)
 
 
 def _short(value: float) -> float:

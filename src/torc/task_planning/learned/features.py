@@ -7,14 +7,13 @@ from jaxtyping import Float32, UInt64
 
 from torc.occlusion.volume import hidden_near_m3, hidden_volumes_m3
 from torc.records import TARGET_ID, GraspStatus, PlanningContext
+from torc.records.graph import DependencyEdge, EdgeKind
 from torc.task_planning.belief.costs import Ways, ways_of
 from torc.task_planning.belief.hidden_target import search_target
 from torc.task_planning.belief.settings import BeliefConfig, HidingConfig, ParticleConfig
 from torc.task_planning.belief.target_in_sight import free_target
 from torc.task_planning.dg_select import decide_by_graph
-from torc.task_planning.graph import DependencyEdge, EdgeKind
 from torc.task_planning.graph_building import build_dependency_graph
-from torc.task_planning.random_choice import graspable_ids
 from torc.task_planning.relations import find_relations
 
 REASONING = BeliefConfig(ParticleConfig(told_size=False), HidingConfig(plain_share=0.5))
@@ -63,12 +62,12 @@ def features_of(
     context: PlanningContext, rng: np.random.Generator
 ) -> tuple[tuple[int, ...], Float32[np.ndarray, "k f"]]:
     """Ids of the objects that can be picked, and a row of features for each; NaN where something is not known."""
-    ids = graspable_ids(context)
+    ids = context.graspable_ids
     relations = find_relations(context.scene, REASONING.fallback.relations)
     ways = ways_of(context, relations)
     columns = {
         **_of_the_scene(context, ids),
-        **_by_graph(context, relations, ids),
+        **_by_graph(context, ids),
         **_by_belief(_reckon(context, ways, rng), ids),
         **_by_grasps(context, ways, ids),
         **_by_relations(relations, ids),
@@ -103,16 +102,12 @@ def _of_the_scene(context: PlanningContext, ids: tuple[int, ...]) -> dict[str, l
     }
 
 
-def _by_graph(
-    context: PlanningContext,
-    relations: tuple[DependencyEdge, ...],
-    ids: tuple[int, ...],
-) -> dict[str, list[float]]:
-    graph = build_dependency_graph(context, REASONING.fallback.relations, relations)
+def _by_graph(context: PlanningContext, ids: tuple[int, ...]) -> dict[str, list[float]]:
+    graph = build_dependency_graph(context, REASONING.fallback.relations)
     decision = decide_by_graph(graph, context, REASONING.fallback.paths)
-    p = decision.evidence["probabilities"]
+    p = decision.evidence.probabilities
     return {
-        "probability by the graph": [float(p.get(str(k), 0.0)) for k in ids],
+        "probability by the graph": [p.get(k, 0.0) for k in ids],
         "chosen by the graph": [float(k == decision.object_id) for k in ids],
     }
 

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float, Float32
 
 from torc.errors import InputError
-from torc.records.serialization import load_record
+from torc.io.record_files import load_record
 from torc.task_planning.learned.features import FEATURE_NAMES
 
 MODEL_PATH = Path(__file__).with_name("picker.npz")

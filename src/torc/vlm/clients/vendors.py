@@ -5,14 +5,23 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from torc.records.files import data_url, media_type
+from torc.io.pictures import data_url, media_type
+from torc.records.evidence import Tokens
 from torc.vlm.config import PROVIDERS, VlmConfig
-from torc.vlm.protocol import Finish, Question, Reply, Tokens
+from torc.vlm.protocol import Finish, Question, Reply
 from torc.vlm.replies import reply_of
 
 _GEMINI_REFUSALS = (
-    *("SAFETY", "RECITATION", "LANGUAGE", "BLOCKLIST", "PROHIBITED_CONTENT", "SPII", "IMAGE_SAFETY"),
-    *("IMAGE_PROHIBITED_CONTENT", "ESCALATION", "MODEL_ARMOR"),
+    "SAFETY",
+    "RECITATION",
+    "LANGUAGE",
+    "BLOCKLIST",
+    "PROHIBITED_CONTENT",
+    "SPII",
+    "IMAGE_SAFETY",
+    "IMAGE_PROHIBITED_CONTENT",
+    "ESCALATION",
+    "MODEL_ARMOR",
 )
 _FINISHES = {
     **dict.fromkeys(("MAX_TOKENS", "CONTINUATION"), Finish.TRUNCATED),

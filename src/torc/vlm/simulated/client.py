@@ -11,7 +11,7 @@ import numpy as np
 
 from torc.errors import InputError
 from torc.records import MAX_OBJECTS, TARGET_ID
-from torc.task_planning.graph import EdgeKind
+from torc.records.graph import EdgeKind
 from torc.vlm.config import DEFAULT_QUESTIONS, VlmConfig
 from torc.vlm.picture_config import PictureConfig
 from torc.vlm.protocol import Finish, Question, Reply

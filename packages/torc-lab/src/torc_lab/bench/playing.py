@@ -13,8 +13,8 @@ from torc.benchmark.spec import BenchSpec, PlannedTrial
 from torc.benchmark.store import TRIAL, Store
 from torc.episode.events import Event, Executed, Halted, Looked
 from torc.errors import InputError, TorcError
-from torc.files.reading import read_text
-from torc.records.files import write_json
+from torc.io.reading import read_text
+from torc.io.results import write_json
 from torc.vlm.cache import CacheConfig
 from torc_lab.bench.judging import UNJUDGED, ask_verdict, judged, unjudged
 from torc_lab.lab_file import Lab
@@ -96,7 +96,7 @@ class LabBench:
         )
         if played.directory != work / TRIAL:
             raise KeyboardInterrupt  # it was taken for the end of the trial, but was meant for all
-        result = {**played.result, **_around(scene, layout, began)}
+        result = {**played.result.plain, **_around(scene, layout, began)}
         completed = result["status"] == "completed"
         write_json(played.directory / "result.json", unjudged(result) if completed else result)
         self.store.accept(trial, work, None)
@@ -108,7 +108,8 @@ class LabBench:
     def _ask_for_verdicts(self) -> None:
         """Of trials that were played when this was ended before anybody told what came of them."""
         for trial in filter(self._is_unjudged, self.spec.trials):
-            began = (self.store.result(trial) or {}).get("began", "?")
+            result = self.store.result(trial)
+            began = result.plain.get("began", "?") if result is not None else "?"
             what = f"scene {self._scene(trial).name}, begun {began}"
             if self.person.ask(f"A trial was played ({what}), but not judged. Do you know what came of it?"):
                 self._judge(trial)
@@ -116,7 +117,8 @@ class LabBench:
                 self.say("Then it is played again.")
 
     def _is_unjudged(self, trial: PlannedTrial) -> bool:
-        return (self.store.result(trial) or {}).get("status") == UNJUDGED
+        result = self.store.result(trial)
+        return result is not None and result.status == UNJUDGED
 
     def _judge(self, trial: PlannedTrial) -> str:
         path = self.store.directory(trial) / "result.json"

@@ -22,11 +22,17 @@ from torc.benchmark.report.cells import Cell, TextTable
 from torc.benchmark.report.pages import Block, Section
 from torc.benchmark.report.tables import comparison_table
 from torc.benchmark.rows import Table, TrialRow
-from torc.files.reading import read_text
+from torc.io.reading import read_text
 
 _HEADER = (
-    *("planner", "trials of", "scenes", "trials", "retrieved", "with no drop"),
-    *("picks to retrieval", "drops"),
+    "planner",
+    "trials of",
+    "scenes",
+    "trials",
+    "retrieved",
+    "with no drop",
+    "picks to retrieval",
+    "drops",
 )
 
 

@@ -13,9 +13,9 @@ from jaxtyping import Float, UInt8
 from scipy.spatial.transform import Rotation
 
 from torc.errors import InputError
-from torc.files.reading import read_plain_text
-from torc.files.strict_yaml import parse_plain_yaml
 from torc.geometry.transforms import Pose, make_pose, project, transform_points
+from torc.io.reading import read_plain_text
+from torc.io.strict_yaml import parse_plain_yaml
 from torc_lab.calibration.board import DICTIONARY
 from torc_lab.protocols import LabError
 

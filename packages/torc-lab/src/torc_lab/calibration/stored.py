@@ -11,10 +11,10 @@ import cv2
 import numpy as np
 
 from torc.errors import InputError
-from torc.files.reading import read_bytes, read_plain_text
-from torc.files.strict_yaml import parse_plain_yaml
 from torc.geometry.transforms import Pose, invert
-from torc.pipeline.frames.checks import check_pose
+from torc.io.reading import read_bytes, read_plain_text
+from torc.io.strict_yaml import parse_plain_yaml
+from torc.pipeline.frames.plausibility import check_pose
 from torc.pipeline.frames.values import parse_pose
 from torc_lab.calibration.board import Board
 from torc_lab.calibration.board_views import BoardView

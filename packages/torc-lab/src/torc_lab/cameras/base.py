@@ -8,18 +8,18 @@ from typing import ClassVar, Self
 import numpy as np
 
 from torc.errors import CameraError
-from torc.pipeline.frames.checks import check_intrinsics, clean_depth
+from torc.pipeline.frames.plausibility import check_intrinsics, clean_depth
 from torc.records import Observation
+from torc.registry.kinds import CameraTraits
 from torc.workspace.description import Workspace
-from torc.workspace.files import load_workspace
+from torc.workspace.workspace_files import load_workspace
 from torc_lab.cameras.poses import placed, read_pose
 
 
-class RealCamera(ABC):
+class RealCamera(ABC, CameraTraits):
     """A camera that looks at the real world, or at a recording of it. Close it, or use it in a `with`."""
 
-    real: ClassVar[bool] = True
-    """It does not look through the simulation."""
+    real = True
     what: ClassVar[str] = "The camera"
     """Beginning of messages."""
 

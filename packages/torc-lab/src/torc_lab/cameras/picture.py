@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 from jaxtyping import Float32, UInt8
 
-from torc.perception.marking import mark_image
+from torc.drawing.marking import mark_image
 from torc.records import Observation, SegmentedScene
 
 _GAP_PX = 6

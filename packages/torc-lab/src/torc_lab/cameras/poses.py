@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from torc.errors import InputError
-from torc.files.reading import read_plain_text
-from torc.files.strict_yaml import parse_plain_yaml
 from torc.geometry.transforms import Pose
+from torc.io.reading import read_plain_text
+from torc.io.strict_yaml import parse_plain_yaml
 from torc.perception.stereo import SgbmDepth
-from torc.pipeline.frames.checks import check_pose
 from torc.pipeline.frames.level import level_pose
+from torc.pipeline.frames.plausibility import check_pose
 from torc.pipeline.frames.values import parse_pose
 from torc.records import Observation
 from torc.workspace.description import Workspace

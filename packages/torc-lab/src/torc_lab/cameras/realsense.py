@@ -17,7 +17,14 @@ from torc.records import Observation, StereoPair
 from torc.workspace.description import Workspace
 from torc_lab.cameras.base import RealCamera
 from torc_lab.cameras.lens import PinholeMap, brown_conrady, pinhole_map
-from torc_lab.cameras.realsense_device import FrameSets, Opener, PipelineFrames, RealSenseConfig
+from torc_lab.cameras.realsense_device import (
+    FrameSets,
+    Opener,
+    PipelineFrames,
+    RealSenseConfig,
+    realsense_devices,
+    realsense_library,
+)
 from torc_lab.cameras.registration import registered_colors, registered_depth
 
 _MOST_SETS = 30
@@ -30,6 +37,16 @@ class RealSenseCamera(RealCamera):
     """A RealSense camera, or a recording of one."""
 
     what: ClassVar[str] = "RealSense"
+
+    @classmethod
+    def check_library(cls) -> None:
+        """Raise MissingDependencyError without pyrealsense2."""
+        realsense_library()
+
+    @classmethod
+    def devices(cls) -> list[str]:
+        """Return the connected devices."""
+        return realsense_devices()
 
     def __init__(
         self,

@@ -7,11 +7,12 @@ picture has 1 to 3 MB, which nobody should send thirty times a second.
 import time
 from contextlib import ExitStack
 from dataclasses import dataclass
+from importlib.util import find_spec
 from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from torc.errors import CameraError, InputError
+from torc.errors import CameraError, InputError, MissingDependencyError, extra_remedy
 from torc.records import Observation
 from torc.workspace.description import Workspace
 from torc_lab.cameras.base import RealCamera
@@ -64,6 +65,12 @@ class RosCamera(RealCamera):
     """A camera that ROS publishes."""
 
     what: ClassVar[str] = "The ROS camera"
+
+    @classmethod
+    def check_library(cls) -> None:
+        """Raise MissingDependencyError without websockets."""
+        if find_spec("websockets") is None:
+            raise MissingDependencyError("websockets, for rosbridge,", extra_remedy("ros"))
 
     def __init__(self, config: RosConfig | None = None, workspace: Workspace | None = None) -> None:
         self.config = RosConfig() if config is None else config

@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Float, UInt8
 
 from torc.errors import InputError
-from torc.files.reading import read_bytes
+from torc.io.reading import read_bytes
 
 SIZES = {"2K": (2208, 1242), "FHD": (1920, 1080), "HD": (1280, 720), "VGA": (672, 376)}
 """Width and height of one of the two pictures, by resolution."""

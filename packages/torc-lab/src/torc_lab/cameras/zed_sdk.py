@@ -70,6 +70,17 @@ class ZedCamera(RealCamera):
 
     what: ClassVar[str] = "ZED"
 
+    @classmethod
+    def check_library(cls) -> None:
+        """Raise MissingDependencyError without the SDK."""
+        zed_library()
+
+    @classmethod
+    def devices(cls) -> list[str]:
+        """Return the connected devices."""
+        found = zed_library().Camera.get_device_list()
+        return [f"{d.camera_model}, serial {d.serial_number}" for d in found]
+
     def __init__(self, config: ZedConfig | None = None, workspace: Workspace | None = None) -> None:
         self.config = ZedConfig() if config is None else config
         super().__init__(self.config.pose, workspace)

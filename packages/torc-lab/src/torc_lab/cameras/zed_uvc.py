@@ -20,6 +20,7 @@ from torc.workspace.description import Workspace
 from torc_lab.cameras.base import RealCamera
 from torc_lab.cameras.zed_calibration import SIZES, Rectifier, read_calibration, row_difference
 
+_VIDEO_DEVICES = Path("/sys/class/video4linux")
 _WAITING = 5
 """Pictures that the driver may have kept since the last call; they are dropped, and the one under way."""
 _MOST_ROWS = 2.0
@@ -63,6 +64,12 @@ class ZedUvcCamera(RealCamera):
     """A ZED by OpenCV's video capture."""
 
     what: ClassVar[str] = "ZED"
+
+    @classmethod
+    def devices(cls) -> list[str]:
+        """Return path and name of each video device of Linux; a camera may have several."""
+        found = sorted(_VIDEO_DEVICES.glob("video*"), key=lambda p: int(p.name.removeprefix("video") or 0))
+        return [f"/dev/{p.name}: {(p / 'name').read_text(errors='replace').strip()}" for p in found]
 
     def __init__(
         self,

@@ -143,7 +143,7 @@ class CalibrateCommand:
     def _by_pictures(self, poses: Path, pictures: Path, numbers: tuple[float, float, float, float]) -> int:
         import numpy as np
 
-        from torc.pipeline.frames.checks import check_intrinsics
+        from torc.pipeline.frames.plausibility import check_intrinsics
         from torc_lab.calibration.hand_eye import solve_hand_eye
         from torc_lab.calibration.stored import views_of_pictures
 

@@ -7,8 +7,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from torc.registry.settings import Settings
 from torc.specs.conditions import DEFAULT_WORKSPACE, Conditions
-from torc.specs.settings import Settings
 
 if TYPE_CHECKING:
     from torc.records import Observation
@@ -21,12 +21,11 @@ class CameraOptions:
     """
 
     camera: str
-    """Camera: realsense, zed-uvc, zed, ros, recorded (`torc camera list`), or your own as module:Class or
-    path/to/file.py:Class."""
+    """Camera; `torc camera list` also says what is connected."""
     depth: str = "as-measured"
-    """Depth: as-measured (the camera's), sgbm (from a stereo pair), or your own."""
+    """Depth: where the depth image comes from."""
     perception: str = "embedded"
-    """Perception that finds the objects: embedded (torc's own eyes), regions, or your own."""
+    """Perception: what finds the objects."""
     workspace: str = DEFAULT_WORKSPACE
     """Whose camera pose counts with --camera.pose workspace: paper, or a workspace file of your own."""
     settings: Settings = field(default_factory=dict)
@@ -46,19 +45,18 @@ class CameraOptions:
 @contextmanager
 def opened(conditions: Conditions) -> Iterator[Any]:
     """The camera, closed at the end of the block. Raises InputError."""
+    from torc.registry.kinds import CAMERAS
     from torc_lab.cameras.kinds import open_camera
 
     camera = open_camera(conditions)
     try:
         yield camera
     finally:
-        close = getattr(camera, "close", None)
-        if callable(close):
-            close()
+        CAMERAS.traits(camera).close()
 
 
 def snapshot(camera: Any) -> Observation:
     """One snapshot. Raises InputError, CameraError, PartError."""
-    from torc.perception.asking import ask_camera
+    from torc.perception.checked_scenes import ask_camera
 
     return ask_camera(camera)

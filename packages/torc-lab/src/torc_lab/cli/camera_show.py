@@ -40,7 +40,7 @@ class ShowCommand:
             check_web_libraries()
             return self._live()
         check_picture_name(self.out, ".png")
-        from torc.records.files import write_png
+        from torc.io.pictures import write_png
         from torc_lab.cameras.picture import snapshot_picture
 
         with opened(self.camera.conditions()) as camera:
@@ -56,12 +56,13 @@ class ShowCommand:
         """What is seen, also where the camera's pose cannot be estimated: then it has to be turned."""
         from torc.brain.seeing import Sight, measured, see
         from torc.errors import InputError
+        from torc.registry.kinds import CAMERAS
 
         conditions = self.camera.conditions()
         try:
             observation = snapshot(camera)
         except InputError as error:
-            unplaced = getattr(camera, "unplaced", None)
+            unplaced = CAMERAS.traits(camera).unplaced
             if unplaced is None:
                 raise
             return Sight(measured(unplaced(), conditions), None, None, str(error), placed=False)

@@ -152,7 +152,7 @@ def _obey(there: Rehearsal, lines: Iterable[str]) -> None:
 
 def _write_references(problem: Problem, directory: Path) -> str:
     from torc.episode.simulated import pictured_target
-    from torc.records.files import write_png
+    from torc.io.pictures import write_png
 
     directory.mkdir(parents=True, exist_ok=True)
     wanted = pictured_target(problem)

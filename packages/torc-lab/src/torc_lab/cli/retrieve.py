@@ -15,7 +15,7 @@ from torc.cli.vlm_options import VlmOptions
 from torc.cli.wanted import wanted_of
 from torc.cli.web_page import PageOptions, check_web_libraries, served_page
 from torc.episode.viewer_links import trial_key
-from torc.specs.settings import Settings
+from torc.registry.settings import Settings
 from torc.specs.trial import PlannerSpec, TrialSpec
 
 if TYPE_CHECKING:
@@ -45,8 +45,7 @@ class RetrieveCommand:
     """How long the target is, corner to corner, and the width of the narrowest tube it goes through, in metres, beside
     pictures of it; that tells things apart that look alike."""
     planner: str = "dg-select"
-    """Task planner: dg-select, belief, learned, random, vlm-select, vlm-grasps, vlm-fixes-dg (these three ask --vlm),
-    or your own as module:Class or path/to/file.py:Class."""
+    """Task planner."""
     planner_settings: Annotated[Settings, tyro.conf.Suppress, tyro.conf.Fixed] = field(default_factory=dict)
     """Settings of the task planner by dotted path: --planner.SETTING VALUE."""
     confirm: Literal["motion", "pick", "never"] = "motion"
@@ -69,7 +68,7 @@ class RetrieveCommand:
 
     def run(self) -> int:
         """Run the trial; returns the exit code."""
-        from torc.plugins import short_part_name
+        from torc.registry.loading import short_part_name
         from torc_lab.lab_file import load_lab
         from torc_lab.retrieval import lab_spec
 
@@ -118,7 +117,7 @@ class RetrieveCommand:
                 vlm_cache=self.vlm.cache(),
                 say=lambda text: console.print(text, style="dim", highlight=False),
             )
-        result = trial.result
+        result = trial.result.plain
         if self.json:
             print_json(result)
         else:

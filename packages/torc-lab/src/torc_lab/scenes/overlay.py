@@ -4,8 +4,8 @@ import cv2
 import numpy as np
 from jaxtyping import UInt8
 
-from torc.episode.pictures import crop_around_objects
-from torc.perception.marking import rim, write_numbers
+from torc.drawing.marking import rim, write_numbers
+from torc.drawing.strip import crop_around_objects
 from torc.records import Observation
 from torc_lab.scenes.overlap import Overlap
 

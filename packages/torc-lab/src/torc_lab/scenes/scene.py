@@ -15,20 +15,22 @@ import cv2
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from torc.episode.log_writing import digest
+from torc.drawing.marking import mark_image
+from torc.episode.log import digest
 from torc.errors import InputError
-from torc.files.reading import read_bytes
-from torc.fingerprints import fingerprint
-from torc.perception.asking import ask_camera, ask_depth, ask_perception
-from torc.perception.marking import mark_image
+from torc.io.digests import fingerprint
+from torc.io.pictures import write_png
+from torc.io.reading import read_bytes
+from torc.io.record_files import load_checked, save_record
+from torc.io.results import check_place, write_json
+from torc.perception.checked_scenes import ask_camera, ask_depth, ask_perception
 from torc.perception.protocol import Picture, Wanted
 from torc.perception.target import MAX_PICTURES, load_pictures
 from torc.pipeline.building import build_seeing, make_stage
-from torc.pipeline.frames.checks import clean_depth
+from torc.pipeline.frames.plausibility import clean_depth
 from torc.records import BACKGROUND, TARGET_ID, Observation, SegmentedScene
-from torc.records.directories import check_place
-from torc.records.files import write_json, write_png
-from torc.records.serialization import load_checked, save_record
+from torc.registry.context import BuildContext
+from torc.registry.kinds import PERCEPTIONS
 from torc.robots.protocols import Camera
 from torc_lab.lab_file import Lab
 from torc_lab.protocols import LabError
@@ -104,7 +106,7 @@ class Eyes:
     def __init__(self, lab: Lab, camera: Camera) -> None:
         """camera: open. Raises InputError for a depth stage that cannot be made."""
         self._lab, self._camera, self._last_stamp_s = lab, camera, 0.0
-        self._depth = make_stage(lab.conditions, "depth", workspace=lab.workspace)
+        self._depth = make_stage(lab.conditions, "depth", BuildContext(workspace=lab.workspace))
 
     def look(self) -> Observation:
         """A new snapshot; labels that its source knows are left out. Raises LabError where none comes, InputError,
@@ -122,7 +124,7 @@ class Eyes:
     def find(self, seen: Observation, wanted: Wanted) -> SegmentedScene:
         """The objects in a snapshot. Raises InputError for a perception that is given its masks, or cannot be made."""
         perception = build_seeing(self._lab.conditions, self._lab.workspace).perception
-        if getattr(perception, "needs_labels", False):
+        if PERCEPTIONS.traits(perception).needs_labels:
             raise InputError(
                 "Perception 'labels' finds nothing in real pictures: name another in the lab file."
             )

@@ -10,7 +10,8 @@ import numpy as np
 
 from torc.errors import TorcError
 from torc.records import Trajectory
-from torc.testing.conformance import require
+from torc.registry.kinds import ARM_DRIVERS
+from torc.testing.conformance import require, trait_faults
 from torc_lab.driver_rules import AT_ONCE_S, state_faults
 from torc_lab.protocols import ArmDriver, LabError
 
@@ -24,7 +25,13 @@ def check_arm_driver(connect: Callable[[], ArmDriver]) -> None:
     """
     driver = connect()
     try:
-        found = [*state_faults(driver), *_lets_motions_in(driver), *_moves(driver), *_stops(driver)]
+        found = [
+            *trait_faults(ARM_DRIVERS, driver),
+            *state_faults(driver),
+            *_lets_motions_in(driver),
+            *_moves(driver),
+            *_stops(driver),
+        ]
     finally:
         driver.close()
     require("arm driver", [*found, *_is_closed(driver)])

@@ -9,7 +9,7 @@ from typing import Any
 import yaml
 
 from torc.errors import InputError
-from torc.files.reading import read_text
+from torc.io.reading import read_text
 from torc.problems.problem import Problem
 from torc_lab.identity import hardware_of
 from torc_lab.lab_file import Lab

@@ -18,8 +18,8 @@ from torc.records import TARGET_ID, Observation
 from torc.robots.description import RobotDescription
 from torc.sim.actuation import SimulatedArm, SimulatedGripper
 from torc.sim.robot import SimulatedCamera
+from torc.sim.simulated_world import Presence, World, build_world
 from torc.sim.stepping import Stepper
-from torc.sim.world import Presence, World, build_world
 from torc.workspace.description import Workspace
 from torc_lab.robotiq.gripper import FORCE_N, WidthScale
 from torc_lab.robotiq.registers import Object

@@ -8,7 +8,7 @@ from jaxtyping import Float32, Int16
 
 from torc.geometry.transforms import Pose, invert, transform_points
 from torc.grasping.clouds import SceneClouds
-from torc.grasping.planner import GeometricGraspPlanner, Proposals, Rngs
+from torc.grasping.geometric_planner import GeometricGraspPlanner, Proposals, Rngs
 from torc.grasping.protocol import GraspScorer
 from torc.records import BACKGROUND, SegmentedScene
 from torc.robots.gripper import GripperDescription

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from torc.grasping.clouds import ObjectCloud, SceneClouds
-from torc.grasping.planner import GeometricGraspPlanner, Proposals, Rngs
+from torc.grasping.geometric_planner import GeometricGraspPlanner, Proposals, Rngs
 from torc.grasping.protocol import GraspScorer
 from torc.records import SegmentedScene
 from torc.robots.gripper import GripperDescription

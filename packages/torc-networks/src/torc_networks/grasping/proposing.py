@@ -8,8 +8,8 @@ from jaxtyping import Float, Float32
 from torc.errors import InputError
 from torc.grasping.config import GraspConfig
 from torc.grasping.generators import RawCandidates
+from torc.grasping.geometric_planner import Proposals
 from torc.grasping.hand import HandGeometry
-from torc.grasping.planner import Proposals
 from torc_networks.addresses import ServerConfig
 
 

@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.interpolate import CubicHermiteSpline
 
-from torc.collision.kernels import edges_batch
+from torc.collision.contact_kernels import edges_batch
 from torc.geometry.transforms import kernel_array
 from torc.motion.config import MotionConfig
 from torc.motion.space import FreeSpace, MotionQuery, loosened

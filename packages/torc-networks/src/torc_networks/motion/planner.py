@@ -4,12 +4,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from torc.collision.checks import robot_arrays
+from torc.collision.contacts import robot_arrays
 from torc.collision.placement import RobotArrays
 from torc.motion.config import MotionConfig
 from torc.motion.free_motions import FreeMotions
-from torc.motion.planner import SamplingMotionPlanner
 from torc.motion.protocol import NoMotionError
+from torc.motion.sampling_planner import SamplingMotionPlanner
 from torc.motion.space import MotionQuery
 from torc.records import PlanStage, Trajectory
 from torc.robots.description import RobotDescription

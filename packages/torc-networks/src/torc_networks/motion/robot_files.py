@@ -14,7 +14,7 @@ import yaml
 from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
-from torc.collision.world import CollisionConfig
+from torc.collision.collision_world import CollisionConfig
 from torc.geometry.transforms import Pose, transform_points
 from torc.robots.description import RobotDescription
 from torc.robots.loading import load_robot

@@ -6,9 +6,9 @@ import numpy as np
 from jaxtyping import Bool, Float, Float32
 from scipy.ndimage import distance_transform_edt
 
+from torc.collision.collision_world import FREE
 from torc.collision.obstacles import WorldArrays
 from torc.collision.placement import RobotArrays
-from torc.collision.world import FREE
 from torc.motion.space import FreeSpace
 
 _FAR_M = 10.0

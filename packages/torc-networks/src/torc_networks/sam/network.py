@@ -13,7 +13,7 @@ from typing import Any, Literal, NamedTuple
 from torc.errors import InputError, MissingDependencyError, extra_remedy
 from torc_networks.sam.weights import known_weights
 
-PAGE = "docs/segmentation_networks.md"
+PAGE = "docs/networks.md"
 _MOST_MISSING = 0.1
 """Share of a network's arrays that may be missing in its weights: with more they are another network's."""
 _ONE_INDEX = (

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 
-from torc.cli.commands import Entry
 from torc.cli.printing import split_names
 
 
@@ -31,7 +30,7 @@ class ServeCommand:
     def run(self) -> int:
         """Serve until Ctrl-C."""
         from torc.robots.loading import load_robot
-        from torc.workspace.files import load_workspace
+        from torc.workspace.workspace_files import load_workspace
         from torc_networks.server import serve
         from torc_networks.serving.parts import own_handlers
 
@@ -41,5 +40,5 @@ class ServeCommand:
         return 0
 
 
-SERVE: Entry = ("torc's own parts as a server, in place of neural networks", ServeCommand)
+SERVE = ("torc's own parts as a server, in place of neural networks", ServeCommand)
 """What an entry point of the group `torc.commands` names."""

@@ -8,7 +8,7 @@ from jaxtyping import Float, Float32, Int
 from scipy.spatial import cKDTree
 
 from torc.geometry.transforms import invert, transform_points
-from torc.grasping.planner import GeometricGraspPlanner
+from torc.grasping.geometric_planner import GeometricGraspPlanner
 from torc.occlusion.volume import empty_volume
 from torc.records import MAX_OBJECTS, GraspSet, Observation, SegmentedObject, SegmentedScene
 from torc.robots.gripper import GripperDescription

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from torc.collision.checks import robot_arrays
-from torc.collision.world import FREE, SURFACE, CollisionConfig, CollisionWorld, world_from_voxels
+from torc.collision.collision_world import FREE, SURFACE, CollisionConfig, CollisionWorld, world_from_voxels
+from torc.collision.contacts import robot_arrays
 from torc.motion.config import MotionConfig
 from torc.motion.space import MotionQuery, free_space
 from torc.motion.timed_motions import timed_motion

@@ -11,8 +11,8 @@ from threading import Event
 from typing import Any
 
 from torc.errors import InputError, TorcError
-from torc.files.reading import read_text
-from torc.records.files import write_json
+from torc.io.reading import read_text
+from torc.io.results import write_json
 from torc.vlm.config import VlmConfig
 from torc.vlm.failures import FailureKind, VlmError
 from torc.vlm.protocol import Question, VlmClient

@@ -10,7 +10,7 @@ from threading import Lock
 from typing import Any
 
 from torc.errors import InputError
-from torc.files.reading import read_text
+from torc.io.reading import read_text
 from torc.vlm.protocol import Reply
 from torc.vlm.replies import MAX_CHARACTERS
 

@@ -10,7 +10,7 @@ import tyro
 from torc.cli.commands import Group
 from torc.cli.printing import print_json, printable
 from torc.errors import InputError
-from torc.files.reading import read_text
+from torc.io.reading import read_text
 
 
 @dataclass(frozen=True)

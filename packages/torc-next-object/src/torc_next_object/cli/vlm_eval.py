@@ -12,7 +12,7 @@ import tyro
 from torc.cli.printing import print_json, printable, tell
 from torc.cli.vlm_options import VlmOptions
 from torc.errors import InputError
-from torc.files.reading import read_text
+from torc.io.reading import read_text
 from torc_next_object.data.sample import CAVEAT, SAMPLE
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ class VlmEvalCommand:
 
     def run(self) -> int:
         """Evaluate; returns the exit code."""
-        from torc.vlm.opening import open_client
+        from torc.pipeline.planners import open_client
         from torc_next_object.asking.evaluation import ask_rows, begin, chosen_rows, data_digest
         from torc_next_object.data.opening import open_rows
         from torc_next_object.prompting import version_of
@@ -118,7 +118,7 @@ class VlmEvalCommand:
     def _results(self, config: VlmConfig, rows: Sequence[Row], asked: Asked) -> int:
         from datetime import UTC, datetime
 
-        from torc.records.files import write_json
+        from torc.io.results import write_json
         from torc_next_object.asking.mistakes import mistakes_page, worst_mistakes
         from torc_next_object.asking.standing import FORMAT, standing
         from torc_next_object.prompting import prompt_name, version_of

@@ -6,7 +6,7 @@ from typing import Any
 
 import yaml
 
-from torc.records.files import write_json
+from torc.io.results import write_json
 from torc_next_object.data.tables import DATA
 from torc_next_object.replies import read_number
 from torc_next_object.schema import FEATURES, FORMAT, NAME, NextObjectRow

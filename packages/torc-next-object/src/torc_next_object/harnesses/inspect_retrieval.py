@@ -137,7 +137,7 @@ class _Table:
 
     def turn(self, variant: str) -> _Turn | None:
         """The next question; None at the end."""
-        from torc.records.files import data_url, jpeg_bytes
+        from torc.io.pictures import data_url, jpeg_bytes
         from torc.vlm.pictures import drawn_pictures
         from torc_next_object.making.rows import PICTURE, told_of
 

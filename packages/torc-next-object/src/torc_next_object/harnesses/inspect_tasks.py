@@ -16,7 +16,7 @@ from inspect_ai.model import ChatMessageUser, ContentImage, ContentText
 from inspect_ai.scorer import Metric, SampleScore, Score, Scorer, Target, metric, scorer
 from inspect_ai.solver import TaskState, generate
 
-from torc.records.files import data_url
+from torc.io.pictures import data_url
 from torc_next_object.data.opening import open_rows
 from torc_next_object.prompting import prompt_digest, prompt_name, prompt_text, sent_pictures, version_of
 from torc_next_object.replies import read_number

@@ -4,10 +4,9 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from torc.episode.planners import make_trial_planner
+from torc.pipeline.planners import make_planner
 from torc.records import PlanningContext
 from torc.task_planning.protocol import TaskPlanner
-from torc.task_planning.random_choice import graspable_ids
 from torc.vlm.answers import PLAN_SCHEMA
 from torc.vlm.protocol import Question
 from torc.vlm.select import grasp_facts
@@ -25,7 +24,7 @@ class Baselines:
     """Makes the planners once, and asks them at look after look. They are told what models are: what is graspable."""
 
     def __init__(self) -> None:
-        self._planners: Mapping[str, TaskPlanner] = {name: make_trial_planner(name) for name in PLANNERS}
+        self._planners: Mapping[str, TaskPlanner] = {name: make_planner(name) for name in PLANNERS}
 
     def choices(
         self, context: PlanningContext, situation: Situation, rng: np.random.Generator
@@ -33,7 +32,7 @@ class Baselines:
         """An object's id by the name of a baseline; None where it names none. `first` names the first object of all,
         by its id, which is to mean nothing; the other three plain ones go by the graspable.
         """
-        graspable = graspable_ids(context)
+        graspable = context.graspable_ids
         found: dict[str, int | None] = {
             "random": int(rng.choice(graspable)) if graspable else None,
             "first": min(context.scene.ids, default=None),
@@ -50,13 +49,13 @@ class Baselines:
 
 def largest(context: PlanningContext) -> int | None:
     """Of what is graspable, the object with the most pixels; None where nothing is."""
-    graspable = graspable_ids(context)
+    graspable = context.graspable_ids
     return max(graspable, key=lambda k: (context.scene.object(k).pixel_count, -k), default=None)
 
 
 def nearest(context: PlanningContext) -> int | None:
     """Of what is graspable, the object nearest to the camera; None where nothing is."""
-    return min(graspable_ids(context), key=lambda k: (_distance(context, k), k), default=None)
+    return min(context.graspable_ids, key=lambda k: (_distance(context, k), k), default=None)
 
 
 def _distance(context: PlanningContext, object_id: int) -> float:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from torc.errors import InputError
-from torc.files.reading import read_text
+from torc.io.reading import read_text
 from torc_next_object.making.pricing import Price
 
 _DIGITS = 4

@@ -3,10 +3,10 @@ anew.
 
 At some looks an object has a good grasp and at others none, because grasps are drawn. So p(hold) is a mean over looks,
 0 where a look finds none: such a pick is wasted. A failed try at the target may lose it, and with it all picks that are
-left (`torc.task_planning.expected_picks`).
+left (`torc.task_planning.belief.costs`).
 
-The interval of a price allows for an error of p(hold): CALIBRATION_ERROR, which is the difference between promised and
-delivered of the grasp model with masks and depth (docs/grasp_model.md), rounded up, and what so few looks may be off.
+The interval of a price allows for an error of p(hold) and for the small number of looks. CALIBRATION_ERROR is the grasp
+model's difference between promised and delivered (results/grasp-model/README.md), rounded up.
 """
 
 from collections.abc import Sequence
@@ -14,11 +14,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from torc.episode.ideal import MAX_PICKS, best_hold
-from torc.episode.oracle.solve import options_of
+from torc.oracle.ideal import MAX_PICKS, best_hold
+from torc.oracle.solve import options_of
 from torc.pipeline.better_bet import BetConfig
 from torc.records import TARGET_ID, PlanningContext
-from torc.task_planning.expected_picks import picks_until
+from torc.task_planning.belief.costs import picks_until
 
 CALIBRATION_ERROR = 0.03
 _ERRORS = (-CALIBRATION_ERROR, CALIBRATION_ERROR)

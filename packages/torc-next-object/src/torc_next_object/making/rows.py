@@ -11,20 +11,19 @@ from typing import Any
 
 import numpy as np
 
-from torc.episode.ideal import MAX_PICKS
 from torc.episode.privileged import open_sandbox
 from torc.episode.steps import EpisodeConfig
 from torc.episode.trial import situation_of
 from torc.errors import InputError
+from torc.io.pictures import jpeg_bytes
 from torc.objects.library import load_object
+from torc.oracle.ideal import MAX_PICKS
 from torc.pipeline.building import System, build_system
 from torc.problems.problem import Problem, problem_text
 from torc.problems.sets import problem_names
 from torc.records import TARGET_ID, PlanningContext
-from torc.records.files import jpeg_bytes
 from torc.sim.portraits import turn_table
 from torc.specs.conditions import Conditions
-from torc.task_planning.random_choice import graspable_ids
 from torc.task_planning.relations import behind_candidates, find_adjacencies
 from torc.vlm.picture_config import PictureConfig
 from torc.vlm.pictures import drawn_pictures
@@ -112,7 +111,7 @@ class RowMaker:
                 if made(key):
                     continue
                 context, truth = seeing.context_and_truth(gone)
-                if len(context.scene.ids) > MOST_CHOICES or len(graspable_ids(context)) < 2:
+                if len(context.scene.ids) > MOST_CHOICES or len(context.graspable_ids) < 2:
                     continue
                 values = self._known.get(key)
                 if values is None:
@@ -142,7 +141,7 @@ class RowMaker:
         back = {number: k for k, number in to_number.items()}
         prices = [part.values[back[n]] for n in numbers]
         values = tuple(round(p.mean, _DIGITS) for p in prices)
-        graspable = tuple(n in graspable_ids(shown) for n in numbers)
+        graspable = tuple(n in shown.graspable_ids for n in numbers)
         told = told_of(shown)
         relations = [(r["source"], r["target"]) for r in json.loads(told["relations"])]
         chosen = self._baselines.choices(part.context, part.situation, rng)

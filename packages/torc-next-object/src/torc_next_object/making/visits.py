@@ -6,7 +6,7 @@ import numpy as np
 
 from torc.records import TARGET_ID, PlanningContext
 from torc.task_planning.dg_select import DgSelectPlanner
-from torc.task_planning.random_choice import RandomPlanner, graspable_ids
+from torc.task_planning.random_choice import RandomPlanner
 
 MOST_DEEP = 6
 """Objects gone at most: further on few problems are left."""
@@ -31,7 +31,7 @@ def visits(look: Look, count: int, rng: np.random.Generator) -> tuple[Gone, ...]
             if gone is None:
                 ways.remove(way)
                 continue
-            graspable = graspable_ids(look(gone))
+            graspable = look(gone).graspable_ids
             if len(graspable) < 2 or (TARGET_ID in graspable and easy):
                 continue
             easy += TARGET_ID in graspable

@@ -1,0 +1,1 @@
+"""Drivers of arms, for a lab file."""

@@ -1,0 +1,5 @@
+"""Arms of Universal Robots, by RTDE."""
+
+from torc_lab.ur.arm import UrArm
+
+PART = UrArm

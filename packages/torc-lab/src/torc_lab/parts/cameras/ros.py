@@ -1,0 +1,5 @@
+"""Image topics of ROS 1 or 2, by rosbridge."""
+
+from torc_lab.cameras.ros import RosCamera
+
+PART = RosCamera

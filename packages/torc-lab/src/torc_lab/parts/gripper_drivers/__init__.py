@@ -1,0 +1,1 @@
+"""Drivers of grippers, for a lab file."""

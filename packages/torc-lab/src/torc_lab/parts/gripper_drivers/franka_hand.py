@@ -1,0 +1,5 @@
+"""The hand of a Franka arm, by rosbridge."""
+
+from torc_lab.ros.franka_hand import FrankaHand
+
+PART = FrankaHand

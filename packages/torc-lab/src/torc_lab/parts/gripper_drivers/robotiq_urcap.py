@@ -1,0 +1,5 @@
+"""Robotiq grippers behind a UR controller's URCap."""
+
+from torc_lab.robotiq.gripper import over_urcap
+
+PART = over_urcap

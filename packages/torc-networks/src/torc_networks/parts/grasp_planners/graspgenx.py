@@ -1,0 +1,5 @@
+"""Candidates by GraspGenX, from a server."""
+
+from torc_networks.grasping.graspgenx import GraspGenXPlanner
+
+PART = GraspGenXPlanner

@@ -1,0 +1,5 @@
+"""Free motions by cuRobo, from a server."""
+
+from torc_networks.motion.planner import CuroboMotionPlanner
+
+PART = CuroboMotionPlanner

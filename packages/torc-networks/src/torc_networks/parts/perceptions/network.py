@@ -1,0 +1,5 @@
+"""Masks from a server."""
+
+from torc_networks.perception import NetworkPerception
+
+PART = NetworkPerception

@@ -1,0 +1,273 @@
+"""Batched collision checks of arm configurations against a collision world."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float, UInt64
+
+from torc.collision.collision_world import CollisionWorld
+from torc.collision.contact_kernels import contacts_batch, edges_batch
+from torc.collision.obstacles import SELF, STATIC, WorldArrays, clear_touched
+from torc.collision.placement import RobotArrays, joint_reach, place_spheres, scratch_for
+from torc.errors import InputError
+from torc.geometry.transforms import kernel_array
+from torc.robots.description import RobotDescription
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """What each configuration touches.
+
+    Attributes:
+        bits: objects touched, bit k for object id k. The own object's bit is set where an arm link (not the
+            gripper) touches its surface.
+        static: touches table, bin, or voxels that belong to no object.
+        self_collision: touches the robot itself: its own arm, torso, other arm.
+    """
+
+    bits: UInt64[np.ndarray, "n"]
+    static: Bool[np.ndarray, "n"]
+    self_collision: Bool[np.ndarray, "n"]
+
+    @property
+    def free(self) -> Bool[np.ndarray, "n"]:
+        """Touches nothing at all."""
+        return (self.bits == 0) & ~self.static & ~self.self_collision
+
+
+def blockers(
+    world: CollisionWorld,
+    robot: RobotDescription | RobotArrays,
+    qpos: Float[np.ndarray, "n dof"],
+    width_m: Float[np.ndarray, "n"] | float,
+    own_id: np.ndarray | int,
+) -> Contacts:
+    """All that arm and gripper touch at each configuration.
+
+    The own object (the one to be grasped) counts less: voxels that it hides are ignored, its surface voxels
+    are ignored for palm and fingers but not for the arm's links. Unknown voxels hidden by nothing that has an
+    id, surface of no object, table and bin are static.
+
+    Args:
+        world: what not to touch.
+        robot: description, or its arrays from `robot_arrays` where it is called often.
+        qpos: radians; a row with NaN is reported as static and self collision.
+        width_m: opening of the gripper.
+        own_id: object to be grasped per configuration; negative for none.
+    """
+    arrays = _arrays(robot)
+    q, width, own = _batch(arrays, qpos, width_m, own_id)
+    bits, flags = contacts_batch(q, width, own, arrays, world_arrays(world), False, True)
+    return Contacts(bits, (flags & STATIC) != 0, (flags & SELF) != 0)
+
+
+def static_contacts(
+    world: CollisionWorld,
+    robot: RobotDescription | RobotArrays,
+    qpos: Float[np.ndarray, "n dof"],
+    width_m: Float[np.ndarray, "n"] | float,
+) -> Bool[np.ndarray, "n"]:
+    """Whether each configuration touches table, bin or the robot itself; voxels are not looked at."""
+    arrays = _arrays(robot)
+    q, width, own = _batch(arrays, qpos, width_m, -1)
+    return contacts_batch(q, width, own, arrays, world_arrays(world), True, False)[1] != 0
+
+
+def self_contacts(
+    world: CollisionWorld,
+    robot: RobotDescription | RobotArrays,
+    qpos: Float[np.ndarray, "n dof"],
+    width_m: Float[np.ndarray, "n"] | float,
+    attached: Float[np.ndarray, "a 4"] | None = None,
+) -> Bool[np.ndarray, "n"]:
+    """Whether the robot, with attached spheres (see `collides`), touches itself at each configuration."""
+    arrays = with_attached(_arrays(robot), attached)
+    q, width, own = _batch(arrays, qpos, width_m, -1)
+    return (contacts_batch(q, width, own, arrays, world_arrays(world), False, False)[1] & SELF) != 0
+
+
+def attached_contacts(
+    world: CollisionWorld,
+    robot: RobotDescription | RobotArrays,
+    qpos: Float[np.ndarray, "dof"],
+    width_m: float,
+    attached: Float[np.ndarray, "a 4"],
+) -> Bool[np.ndarray, "a"]:
+    """Which attached spheres (see `collides`) touch table, bin or the robot at one configuration.
+
+    Voxels are not looked at. All do where the robot itself touches one of these.
+    """
+    arrays = _arrays(robot)  # a robot per sphere: few places need this
+    touching = [
+        static_contacts(world, with_attached(arrays, sphere[None]), qpos[None], width_m)[0]
+        for sphere in attached
+    ]
+    return np.array(touching, dtype=bool)
+
+
+def collides(
+    world: CollisionWorld,
+    robot: RobotDescription | RobotArrays,
+    qpos: Float[np.ndarray, "n dof"],
+    width_m: Float[np.ndarray, "n"] | float,
+    ignore_id: int = -1,
+    attached: Float[np.ndarray, "a 4"] | None = None,
+) -> Bool[np.ndarray, "n"]:
+    """Whether each configuration touches anything; ignore_id as own_id of `blockers`.
+
+    attached: spheres (x, y, z, radius) in the tool0 frame that move with the gripper, e.g. a held object.
+    Like the gripper, they ignore the voxels of ignore_id. They must not touch the robot itself either.
+    """
+    arrays = with_attached(_arrays(robot), attached)
+    q, width, own = _batch(arrays, qpos, width_m, ignore_id)
+    bits, flags = contacts_batch(q, width, own, arrays, world_arrays(world), True, True)
+    return (bits != 0) | (flags != 0)
+
+
+def edges_collide(
+    world: CollisionWorld,
+    robot: RobotDescription | RobotArrays,
+    starts: Float[np.ndarray, "n dof"],
+    ends: Float[np.ndarray, "n dof"],
+    width_m: Float[np.ndarray, "n"] | float,
+    ignore_id: int = -1,
+    attached: Float[np.ndarray, "a 4"] | None = None,
+) -> Bool[np.ndarray, "n"]:
+    """Whether anything is touched on each straight joint-space edge, ends included (see CollisionConfig)."""
+    arrays = with_attached(_arrays(robot), attached)
+    a, width, own = _batch(arrays, starts, width_m, ignore_id)
+    b = _batch(arrays, ends, width_m, ignore_id)[0]
+    if a.shape != b.shape:
+        raise InputError(f"Edges need as many starts as ends, not {len(a)} and {len(b)}.")
+    if not (np.all(np.isfinite(a)) and np.all(np.isfinite(b))):
+        raise InputError("The ends of edges must be finite.")
+    reach = joint_reach(arrays, float(np.max(width, initial=0.0)))
+    return edges_batch(a, b, width, own, arrays, world_arrays(world), reach, world.config.edge_step_m)
+
+
+def carved(
+    world: CollisionWorld,
+    robot: RobotDescription | RobotArrays,
+    qpos: Float[np.ndarray, "dof"],
+    width_m: float,
+    margin_m: float = 0.0,
+    attached: Float[np.ndarray, "a 4"] | None = None,
+    only_id: int = -1,
+) -> CollisionWorld:
+    """The world without the voxels that the robot touches at one configuration.
+
+    For places where the robot is known to be, or allowed to be. The robot is grown by its paddings and a margin,
+    attached spheres by half of it: they are larger than what they stand for already. only_id: remove only this
+    object's voxels.
+    """
+    arrays = with_attached(_arrays(robot), attached)
+    q, _, only = _batch(arrays, np.asarray(qpos)[None], width_m, only_id)
+    dof, scratch = q.shape[1], scratch_for(arrays)
+    place_spheres(q[0], float(width_m), arrays, scratch)
+    link = np.repeat(np.arange(len(arrays.link_start) - 1), np.diff(arrays.link_start))
+    c = world.config
+    growth = np.select(
+        [link < dof, link < dof + 3],
+        [c.padding_m + margin_m, c.gripper_padding_m + margin_m],
+        c.attached_padding_m + 0.5 * margin_m,
+    )
+    kind = world.kind.copy()
+    clear_touched(scratch[3][: len(link)], arrays.radii + growth, world_arrays(world), kind, only[0])
+    return replace(world, kind=kind)
+
+
+def robot_arrays(robot: RobotDescription) -> RobotArrays:
+    """The robot for the compiled checks; build it once where configurations come one at a time."""
+    arm, model = robot.arm, robot.spheres
+    dof = len(arm.joint_names)
+    order = np.argsort(model.link, kind="stable")
+    link = np.asarray(model.link)[order]
+    centers = kernel_array(np.asarray(model.centers)[order])
+    radii = kernel_array(np.asarray(model.radii)[order])
+    openings = np.linspace(0.0, robot.gripper.max_width_m, 33)
+    return RobotArrays(
+        base=kernel_array(arm.T_world_base)[:3].copy(),
+        parents=kernel_array(arm.Ts_parent_joint)[:, :3].copy(),
+        axes=kernel_array(arm.axes),
+        tool=kernel_array(arm.T_last_tool0)[:3].copy(),
+        tcps=kernel_array(robot.gripper.Ts_tool0_tcp_at(openings)[:, :3]),
+        tcp_step_m=float(openings[1]),
+        link_start=np.searchsorted(link, np.arange(dof + 4)).astype(np.int64),
+        centers=centers,
+        radii=radii,
+        link_spheres=np.stack([_around(centers[link == i], radii[link == i]) for i in range(dof + 3)]),
+        static_spheres=kernel_array(robot.static_spheres).reshape(-1, 4),
+        static_links=np.isin(np.arange(dof + 3), robot.static_links),
+        self_pairs=kernel_array(robot.self_pairs, np.int64).reshape(-1, 2),
+    )
+
+
+def with_attached(arrays: RobotArrays, attached: Float[np.ndarray, "a 4"] | None) -> RobotArrays:
+    """The robot with spheres (x, y, z, radius; tool0 frame) attached to its gripper.
+
+    They can touch the robot's fixed parts and all links of the arm but the last: that one, like the gripper, never
+    moves relative to what is held.
+    """
+    if attached is None or len(attached) == 0:
+        return arrays
+    spheres, dof = kernel_array(attached), len(arrays.axes)
+    pairs = np.column_stack([np.arange(dof - 1), np.full(dof - 1, dof + 3)])
+    return arrays._replace(
+        link_start=np.append(arrays.link_start, arrays.link_start[-1] + len(spheres)),
+        centers=np.concatenate([arrays.centers, spheres[:, :3]]),
+        radii=np.concatenate([arrays.radii, spheres[:, 3]]),
+        link_spheres=np.vstack([arrays.link_spheres, _around(spheres[:, :3], spheres[:, 3])]),
+        static_links=np.append(arrays.static_links, True),
+        self_pairs=kernel_array(np.vstack([arrays.self_pairs, pairs]), np.int64),
+    )
+
+
+def world_arrays(world: CollisionWorld) -> WorldArrays:
+    """The world for the compiled checks."""
+    c = world.config
+    padding = np.array(
+        [
+            [c.padding_m, c.padding_m],
+            [c.gripper_padding_m, c.gripper_static_padding_m],
+            [c.attached_padding_m, c.attached_static_padding_m],
+        ]
+    )
+    return WorldArrays(
+        kernel_array(world.grid.origin),
+        float(world.grid.voxel_size_m),
+        world.kind,
+        world.bits,
+        world.distance_m,
+        world.block_bits,
+        world.block_static,
+        kernel_array(world.boxes),
+        padding,
+        float(c.self_padding_m),
+    )
+
+
+def _around(centers: Float[np.ndarray, "s 3"], radii: Float[np.ndarray, "s"]) -> Float[np.ndarray, "4"]:
+    """A sphere around spheres; zero where there are none."""
+    if len(radii) == 0:
+        return np.zeros(4)
+    r = radii[:, None]
+    middle = 0.5 * ((centers - r).min(axis=0) + (centers + r).max(axis=0))
+    return np.append(middle, np.max(np.linalg.norm(centers - middle, axis=1) + radii))
+
+
+def _arrays(robot: RobotDescription | RobotArrays) -> RobotArrays:
+    return robot if isinstance(robot, RobotArrays) else robot_arrays(robot)
+
+
+def _batch(
+    arrays: RobotArrays, qpos: np.ndarray, width_m: np.ndarray | float, own_id: np.ndarray | int
+) -> tuple[np.ndarray, np.ndarray, UInt64[np.ndarray, "n"]]:
+    """Contiguous configurations, widths, and own ids as bits."""
+    q = kernel_array(qpos)
+    dof = len(arrays.axes)
+    if q.ndim != 2 or q.shape[1] != dof:
+        raise InputError(f"qpos must have shape (n, {dof}), not {q.shape}.")
+    width = kernel_array(np.broadcast_to(np.asarray(width_m, dtype=float), (len(q),)))
+    ids = np.broadcast_to(np.asarray(own_id, dtype=np.int64), (len(q),))
+    bits = np.where(ids >= 0, np.uint64(1) << np.maximum(ids, 0).astype(np.uint64), np.uint64(0))
+    return q, width, kernel_array(bits, np.uint64)

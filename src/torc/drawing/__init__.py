@@ -1,0 +1,1 @@
+"""Pictures that people and models look at: marked scenes, graphs, beliefs, strips."""

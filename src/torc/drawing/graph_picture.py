@@ -1,0 +1,204 @@
+"""The dependency graph as a picture."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from jaxtyping import Float, UInt8
+
+from torc.drawing.canvas import INK, PAPER, Canvas, Color, smooth_curve
+from torc.drawing.graph_layout import Layout, lay_out
+from torc.drawing.palette import object_color
+from torc.records import Decision
+from torc.records.graph import DependencyEdge, DependencyGraph, DependencyNode, EdgeKind
+
+_FAINT: Color = (120, 120, 126)
+_CHOSEN: Color = (20, 150, 60)
+EDGE_COLORS: Mapping[EdgeKind, Color] = {
+    EdgeKind.BELOW: (176, 58, 46),
+    EdgeKind.GRASP_BLOCKING: (31, 97, 141),
+    EdgeKind.BEHIND: (110, 110, 116),
+    EdgeKind.HIDDEN_BY: (125, 60, 152),
+    EdgeKind.MAY_BE: (190, 110, 20),
+}
+_DASHES_PX: Mapping[EdgeKind, tuple[float, float] | None] = {
+    EdgeKind.BELOW: None,
+    EdgeKind.GRASP_BLOCKING: None,
+    EdgeKind.BEHIND: (9.0, 6.0),
+    EdgeKind.HIDDEN_BY: (2.5, 5.0),
+    EdgeKind.MAY_BE: (2.5, 5.0),
+}
+_LANE_PX = 13.0
+"""How far an edge keeps to its side where another one runs the other way."""
+_WEIGHT_PLACES = (0.6, 0.7, 0.5, 0.8, 0.4, 0.3, 0.2, 0.9)
+"""Where on its edge a weight may stand, the best place first."""
+
+_DIGITS_IN_DISK = 3
+"""As many digits fit a node's disk at full height; longer numbers are written smaller."""
+_COLUMN_PX, _ROW_PX = 84, 118
+_RADIUS_PX, _MARGIN_PX, _TEXT_PX = 23, 46, 13
+_MIN_WIDTH_PX = 640
+"""So that the legend fits."""
+_Box = tuple[float, float, float, float]
+"""Left, top, right, bottom."""
+
+
+def draw_graph(
+    graph: DependencyGraph,
+    probabilities: Mapping[int, float] | None = None,
+    chosen: int | None = None,
+    labels: Mapping[int, int] | None = None,
+) -> UInt8[np.ndarray, "h w 3"]:
+    """A picture of the graph: the target on top, what it waits for below it.
+
+    Args:
+        graph: the graph.
+        probabilities: p(sink) by id, written under the sinks.
+        chosen: id of the object to pick next; ringed in green.
+        labels: numbers to write in place of the ids; where they are given, a hidden target without one is "?".
+
+    Nodes have the object's colour in the marked image; graspable ones a solid outline, others a broken one. Edges
+    are coloured and dashed by kind and carry their weight, unless they are their node's only one. What the target
+    does not wait for is pale.
+    """
+    picture = _GraphPicture(lay_out(graph), labels or {})
+    awaited, p = _awaited(graph), probabilities or {}
+    for edge in sorted(graph.edges, key=lambda e: e.source in awaited):
+        picture.edge(edge, edge.target == chosen, pale=edge.source not in awaited)
+    for edge in graph.edges:
+        if edge.weight < 0.9995:
+            picture.weight(edge, pale=edge.source not in awaited)
+    for node in graph.nodes:
+        probability = p.get(node.id) if node.id in awaited else None
+        picture.node(node, node.id == graph.target, probability, node.id == chosen)
+    picture.legend({e.kind for e in graph.edges})
+    return picture.canvas.finish()
+
+
+def draw_decision(
+    decision: Decision, labels: Mapping[int, int] | None = None
+) -> UInt8[np.ndarray, "h w 3"] | None:
+    """Draw the dependency graph that a decision rests on, its choice ringed; None if it rests on none."""
+    evidence = decision.evidence
+    if evidence.graph is None:
+        return None
+    return draw_graph(evidence.graph, evidence.probabilities, decision.object_id, labels=labels)
+
+
+class _GraphPicture:
+    """The parts of a graph on a canvas, each at its place in the layout."""
+
+    def __init__(self, layout: Layout, labels: Mapping[int, int]) -> None:
+        self.layout, self.labels = layout, labels
+        inner = (layout.columns - 1) * _COLUMN_PX
+        around = 2 * (_MARGIN_PX + _RADIUS_PX)
+        width = max(int(inner) + around, _MIN_WIDTH_PX)
+        self.left = (width - inner) / 2
+        self.canvas = Canvas(width, (layout.rows - 1) * _ROW_PX + around + 2 * _TEXT_PX)
+        self.taken: list[_Box] = []
+        for x, y in map(self.at, layout.places.values()):
+            self.taken.append(_around(x, y, 2 * _RADIUS_PX, 2 * _RADIUS_PX))
+            self.taken.append(_around(x, y + _RADIUS_PX + 12, 3.6 * _TEXT_PX, _TEXT_PX))
+
+    def at(self, place: tuple[float, int]) -> tuple[float, float]:
+        """Pixel of a place."""
+        return self.left + place[0] * _COLUMN_PX, _MARGIN_PX + _RADIUS_PX + place[1] * _ROW_PX
+
+    def edge(self, edge: DependencyEdge, bold: bool, pale: bool) -> None:
+        """The edge from rim to rim, with its head."""
+        curve, color = self._curve(edge), _edge_color(edge.kind, pale)
+        self.canvas.stroke(curve, color, 2.6 if bold else 1.8, _DASHES_PX[edge.kind])
+        self.canvas.arrow_head(curve, color)
+
+    def weight(self, edge: DependencyEdge, pale: bool) -> None:
+        """The weight beside its edge, at the first of a few places where it covers nothing."""
+        curve = self._curve(edge)
+        text = f"{edge.weight:.2f}".lstrip("0") if edge.weight >= 0.01 else "<.01"
+        w, h = 0.62 * _TEXT_PX * len(text), 1.1 * _TEXT_PX
+        places = [curve[int(t * (len(curve) - 1))].tolist() for t in _WEIGHT_PLACES]
+        covered = _overlaps(np.array([_around(x, y, w, h) for x, y in places]), np.array(self.taken))
+        x, y = places[int(covered.sum(axis=1).argmin())]
+        self.taken.append(_around(x, y, w, h))
+        self.canvas.text((x, y), text, _TEXT_PX, _edge_color(edge.kind, pale), boxed=True)
+
+    def node(self, node: DependencyNode, is_target: bool, probability: float | None, chosen: bool) -> None:
+        """The node's disk with its id, and what is to be said above and below it."""
+        x, y = self.at(self.layout.places[node.id])
+        self._disk(node, x, y, chosen)
+        room = _RADIUS_PX + (17 if chosen else 12)
+        if is_target:
+            name = "hidden target" if node.hidden else "target"
+            self.canvas.text((x, y - room), name, _TEXT_PX, INK, boxed=True)
+        if probability is not None:
+            ink = _CHOSEN if chosen else INK
+            self.canvas.text((x, y + room), f"p = {probability:.2f}", _TEXT_PX, ink, boxed=True)
+
+    def legend(self, kinds: set[EdgeKind]) -> None:
+        """One line at the bottom: what the edges and outlines mean."""
+        canvas, px = self.canvas, _TEXT_PX
+        x, y = 16.0, canvas.height_px - 1.3 * px
+        for kind in EdgeKind:
+            if kind in kinds:
+                line = np.linspace((x, y), (x + 30, y), 31)
+                canvas.stroke(line, EDGE_COLORS[kind], 2, _DASHES_PX[kind])
+                x = canvas.text((x + 36, y), kind.value, px, EDGE_COLORS[kind], anchor="lm") + 18
+        canvas.disk(x + 6, y, 6, INK)
+        canvas.disk(x + 6, y, 4.5, PAPER)
+        x = canvas.text((x + 18, y), "graspable", px, _FAINT, anchor="lm") + 18
+        canvas.broken_ring(x + 6, y, 6)
+        canvas.text((x + 18, y), "not graspable", px, _FAINT, anchor="lm")
+
+    def _disk(self, node: DependencyNode, x: float, y: float, chosen: bool) -> None:
+        canvas, radius = self.canvas, _RADIUS_PX
+        red, green, blue = (int(v) for v in object_color(node.id))
+        if chosen:
+            canvas.disk(x, y, radius + 6, _CHOSEN)
+            canvas.disk(x, y, radius + 2.5, PAPER)
+        canvas.disk(x, y, radius, INK if node.graspable else PAPER)
+        canvas.disk(x, y, radius - 2.2, PAPER if node.hidden else (red, green, blue))
+        if not node.graspable:
+            canvas.broken_ring(x, y, radius - 1)
+        dark = not node.hidden and np.dot((red, green, blue), (0.299, 0.587, 0.114)) < 140
+        number = str(self.labels.get(node.id, "" if self.labels and node.hidden else node.id))
+        label = f"{number}?" if node.hidden else number
+        px = round(1.4 * _TEXT_PX * min(1.0, _DIGITS_IN_DISK / len(label)))
+        canvas.text((x, y), label, px, PAPER if dark else INK)
+
+    def _curve(self, edge: DependencyEdge) -> Float[np.ndarray, "n 2"]:
+        """Points of the edge from rim to rim; of two that run both ways, each keeps to one side."""
+        route = np.array([self.at(p) for p in self.layout.routes[(edge.source, edge.target)]])
+        if (edge.target, edge.source) in self.layout.routes:
+            along = (route[-1] - route[0]) / np.linalg.norm(route[-1] - route[0])
+            inner = route[1:-1] if len(route) > 2 else route.mean(axis=0, keepdims=True)
+            beside = inner + _LANE_PX * np.array([-along[1], along[0]])
+            route = np.concatenate([route[:1], beside, route[-1:]])
+        points = smooth_curve(route)
+        from_source = np.linalg.norm(points - points[0], axis=1) >= _RADIUS_PX + 1
+        to_target = np.linalg.norm(points - points[-1], axis=1) >= _RADIUS_PX + 4
+        rim = points[from_source & to_target]
+        return rim if len(rim) > 1 else points
+
+
+def _awaited(graph: DependencyGraph) -> set[int]:
+    """The target and all that it waits for, directly or not."""
+    found, todo = {graph.target}, [graph.target]
+    while todo:
+        new = {e.target for e in graph.out_edges(todo.pop())} - found
+        found |= new
+        todo += new
+    return found
+
+
+def _edge_color(kind: EdgeKind, pale: bool) -> Color:
+    r, g, b = EDGE_COLORS[kind]
+    return (r // 3 + 160, g // 3 + 160, b // 3 + 160) if pale else (r, g, b)
+
+
+def _around(x: float, y: float, w: float, h: float) -> _Box:
+    return (x - w / 2, y - h / 2, x + w / 2, y + h / 2)
+
+
+def _overlaps(a: Float[np.ndarray, "n 4"], b: Float[np.ndarray, "m 4"]) -> Float[np.ndarray, "n m"]:
+    """Common area of each box of the first with each of the second."""
+    low = np.maximum(a[:, None, :2], b[None, :, :2])
+    high = np.minimum(a[:, None, 2:], b[None, :, 2:])
+    return np.maximum(high - low, 0.0).prod(axis=2)

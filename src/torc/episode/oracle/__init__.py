@@ -1,1 +1,0 @@
-"""ORACLE: the order of picks that needs the fewest, found by trying them out."""

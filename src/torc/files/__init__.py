@@ -1,1 +1,0 @@
-"""Files that anybody may have written: read strictly, their faults in words."""

@@ -1,0 +1,1 @@
+"""Files: strict readers for untrusted ones, records, results that appear whole, pictures, digests."""

@@ -1,0 +1,137 @@
+"""What the oracle found, as a record, in words and as JSON."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from torc.episode.bound import Bound
+from torc.episode.privileged import SimulatedState
+from torc.io.record_files import to_plain
+from torc.oracle.search import Found
+from torc.oracle.tree import GIVE_UP
+from torc.problems.problem import Problem
+from torc.records import PickOutcome
+
+PASS_NAME = "(nothing)"
+
+
+@dataclass(frozen=True)
+class ForeseenPick:
+    """One pick of the order: its object (None: nothing can be picked, and the pick passes), what comes of it, and the
+    target's situation after it, in words (empty after the last).
+    """
+
+    object_id: int | None
+    name: str
+    outcome: PickOutcome
+    after: str
+
+
+@dataclass(frozen=True)
+class OracleAnswer:
+    """The best order of picks that was found, for the problem with this seed; where not solved, what looked most
+    promising. `drops` are objects other than the target that fall off the table.
+
+    Attributes:
+        proved: no order needs fewer picks, or as many with fewer drops; where not solved, none (of at most `limit`
+            picks) leads to the target.
+        lower_bound: picks that every order needs; None if none that counts leads to the target.
+        rough_bound, likely: the same where a pick does nothing but take its object away, as far as that was tried.
+    """
+
+    problem: str
+    seed: int
+    budget: float
+    solved: bool
+    foreseen: tuple[ForeseenPick, ...]
+    drops: int
+    proved: bool
+    lower_bound: int | None
+    rough_bound: int
+    picks_tried: int
+    looks: int
+    limit: int | None = None
+    likely: bool = False
+
+    @property
+    def bound(self) -> Bound:
+        """How sure it is that no order takes less."""
+        if self.proved:
+            return Bound.PROVED
+        return Bound.LIKELY if self.likely else Bound.FOUND
+
+    @property
+    def picks(self) -> int:
+        """Length of the order."""
+        return len(self.foreseen)
+
+    @property
+    def order(self) -> tuple[str, ...]:
+        """Names of the objects to pick."""
+        return tuple(pick.name for pick in self.foreseen)
+
+    def to_dict(self) -> dict[str, Any]:
+        """As JSON-compatible data."""
+        return {"picks": self.picks, "order": list(self.order), "bound": self.bound.value, **to_plain(self)}
+
+    def verdict(self) -> str:
+        """The answer in a sentence."""
+        if not self.solved:
+            if self.proved:
+                many = "" if self.limit is None else f"at most {self.limit} "
+                return f"No order of {many}{'pick' if self.limit == 1 else 'picks'} leads to the target."
+            return f"No order was found; {self.effort()}. A larger budget may find one."
+        picks, drops = _count(self.picks, "pick"), _count(self.drops, "drop")
+        at_least = f"every order needs at least {_count(self.lower_bound or 0, 'pick')}"
+        how_good = {
+            Bound.PROVED: "no order does with less (proved)",
+            Bound.LIKELY: f"likely the best, not proved: {at_least}",
+            Bound.FOUND: f"the best that was found, not proved: {at_least}",
+        }[self.bound]
+        return f"{picks}, {drops}; {how_good}."
+
+    def effort(self) -> str:
+        """What the search took, in words."""
+        return f"{_count(self.picks_tried, 'pick')} tried, {_count(self.looks, 'look')}"
+
+    def text(self) -> str:
+        """The whole answer for people."""
+        lines = [f"{self.problem}, seed {self.seed}: {self.verdict()}", ""]
+        if self.foreseen and not self.solved:
+            lines.append("The most promising beginning:")
+        width = max((len(pick.name) for pick in self.foreseen), default=0)
+        for number, pick in enumerate(self.foreseen, start=1):
+            dropped = f", {_count(len(pick.outcome.dropped), 'drop')}" if pick.outcome.dropped else ""
+            after = f"; then {pick.after}" if pick.after else ""
+            lines.append(f"  {number:>2}  {pick.name:<{width}}  {pick.outcome.result.value}{dropped}{after}")
+        return "\n".join([*lines, "", f"({self.effort()})"])
+
+
+def answer_from(found: Found[SimulatedState], problem: Problem, seed: int, budget: float) -> OracleAnswer:
+    """The record of what a search has found."""
+    path, names = found.best or found.outlook, [placement.name for placement in problem.ordered()]
+    # Giving up is no pick.
+    free = int(GIVE_UP in path.choices)
+    foreseen = tuple(
+        ForeseenPick(choice, PASS_NAME if choice is None else names[choice], state.episode.outcomes[-1], note)
+        for choice, state, note in zip(path.choices, path.states[1:], path.notes[1:], strict=True)
+        if choice != GIVE_UP
+    )
+    return OracleAnswer(
+        problem=problem.name,
+        seed=seed,
+        budget=budget,
+        solved=found.best is not None,
+        foreseen=foreseen,
+        drops=path.cost.drops,
+        proved=found.proved,
+        lower_bound=None if found.bound is None else found.bound.picks - free,
+        rough_bound=found.rough_bound - free,
+        picks_tried=found.spent.picks,
+        looks=found.spent.looks,
+        limit=None if found.limit is None else found.limit - problem.absent,
+        likely=found.likely,
+    )
+
+
+def _count(number: int, thing: str) -> str:
+    return f"{number} {thing}{'' if number == 1 else 's'}"

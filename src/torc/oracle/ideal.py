@@ -1,0 +1,84 @@
+"""Retrievals without luck: each pick takes its object away, and nothing else happens."""
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
+
+import numpy as np
+
+from torc.episode.privileged import Sandbox
+from torc.oracle.promise import rough_plans
+from torc.oracle.solve import options_of
+from torc.records import TARGET_ID, GraspStatus, PlanningContext
+from torc.task_planning.protocol import TaskPlanner
+
+MAX_PICKS = 15
+_LEAST_P = 0.05
+Look = Callable[[Collection[int]], PlanningContext]
+"""The look when these objects are gone, all of them taken without a failure."""
+
+
+@dataclass(frozen=True)
+class Retrieval:
+    """The objects that a planner took, the target last if it got there, and the tries that their grasps take: the sum
+    of 1 / p(hold).
+    """
+
+    order: tuple[int, ...] = ()
+    tries: float = 0.0
+    taken: bool = False
+
+    @property
+    def picks(self) -> int:
+        """All picks that there are if the target was not taken."""
+        return len(self.order) if self.taken else MAX_PICKS
+
+
+def looks_of(sandbox: Sandbox) -> Look:
+    """Looks from the problem's beginning, each taken once. What was seen on the way, but neither at first nor now, is
+    not remembered. Raises PhysicsError.
+    """
+    start, known = sandbox.begin(), dict[frozenset[int], PlanningContext]()
+
+    def look(gone: Collection[int]) -> PlanningContext:
+        key = frozenset(gone)
+        if key not in known:
+            known[key] = sandbox.look_without(start, key).context
+        return known[key]
+
+    return look
+
+
+def retrieve(planner: TaskPlanner, look: Look, begun: Retrieval | None = None) -> Retrieval:
+    """What the planner takes, after what was taken, until it has the target, takes nothing, or has no pick left."""
+    found, rng = begun or Retrieval(), np.random.default_rng(0)
+    while len(found.order) < MAX_PICKS and not found.taken:
+        context = look(found.order)
+        chosen = planner.decide(context, rng).object_id
+        if chosen is None:
+            break
+        found = after(found, context, chosen)
+    return found
+
+
+def after(found: Retrieval, context: PlanningContext, chosen: int) -> Retrieval:
+    """With one object more, taken at this look."""
+    tries = found.tries + 1 / max(best_hold(context, chosen), _LEAST_P)
+    return Retrieval((*found.order, chosen), tries, chosen == TARGET_ID)
+
+
+def best_hold(context: PlanningContext, object_id: int) -> float:
+    """How surely the object's best valid grasp holds; 0 where it has none."""
+    valid = context.report.status == GraspStatus.VALID
+    scores = context.grasps.scores[valid & (context.grasps.object_ids == object_id)]
+    return float(scores.max(initial=0.0))
+
+
+def shortest(look: Look, most_looks: int) -> int | None:
+    """Picks of the shortest order, the target's own included, if so many looks find it. It knows what hides the target:
+    nobody who must look for it can do that on average.
+    """
+    plans = rough_plans(lambda gone: options_of(look(gone)), options_of(look(())))
+    for _, (picks, order) in zip(range(most_looks), plans):
+        if order is not None:
+            return picks
+    return None

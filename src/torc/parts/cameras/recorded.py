@@ -1,0 +1,5 @@
+"""Frames from disk, as torc camera record writes them."""
+
+from torc.cameras.recorded import RecordedCamera
+
+PART = RecordedCamera

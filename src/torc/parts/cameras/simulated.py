@@ -1,0 +1,5 @@
+"""The simulated camera."""
+
+from torc.sim.robot import as_simulated
+
+PART = as_simulated

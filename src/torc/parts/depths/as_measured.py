@@ -1,0 +1,5 @@
+"""What the camera gives; exact in simulation."""
+
+from torc.perception.protocol import AsMeasured
+
+PART = AsMeasured

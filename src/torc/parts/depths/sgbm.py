@@ -1,0 +1,5 @@
+"""From a stereo pair, by semi-global block matching."""
+
+from torc.perception.stereo import SgbmDepth
+
+PART = SgbmDepth

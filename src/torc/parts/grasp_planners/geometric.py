@@ -1,0 +1,5 @@
+"""Candidates from geometry, scored by a small model."""
+
+from torc.grasping.geometric_planner import GeometricGraspPlanner
+
+PART = GeometricGraspPlanner

@@ -1,0 +1,5 @@
+"""Straight lines, and sampled free motions."""
+
+from torc.motion.sampling_planner import SamplingMotionPlanner
+
+PART = SamplingMotionPlanner

@@ -1,0 +1,5 @@
+"""torc's own eyes: small networks on the CPU."""
+
+from torc.perception.embedded.perception import EmbeddedPerception
+
+PART = EmbeddedPerception

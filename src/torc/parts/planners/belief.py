@@ -1,0 +1,5 @@
+"""Keeps track of where a hidden target may be, and searches for the cheapest order."""
+
+from torc.task_planning.belief.belief_planner import BeliefPlanner
+
+PART = BeliefPlanner

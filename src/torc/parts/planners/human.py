@@ -1,0 +1,5 @@
+"""A person at a page in the browser; `torc human` opens it."""
+
+from torc.web.expert import HumanPlanner
+
+PART = HumanPlanner

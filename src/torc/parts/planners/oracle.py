@@ -1,0 +1,5 @@
+"""A reference: tries picks out in the simulation."""
+
+from torc.oracle.oracle_planner import OraclePlanner
+
+PART = OraclePlanner

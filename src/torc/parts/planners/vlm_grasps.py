@@ -1,0 +1,5 @@
+"""Asks --vlm, which also reads what can be grasped."""
+
+from torc.vlm.select import VlmGraspsPlanner
+
+PART = VlmGraspsPlanner

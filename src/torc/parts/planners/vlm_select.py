@@ -1,0 +1,5 @@
+"""Asks --vlm, which sees the picture alone."""
+
+from torc.vlm.select import VlmSelectPlanner
+
+PART = VlmSelectPlanner

@@ -1,0 +1,1 @@
+"""Families of harder problems; `torc problems generate --family`."""

@@ -1,0 +1,5 @@
+"""None of the harder families: the rules of torc40."""
+
+from torc.generation.families import SceneFamily
+
+PART = SceneFamily

@@ -1,0 +1,5 @@
+"""Anthropic's models: anthropic:MODEL."""
+
+from torc.vlm.clients.api import open_api_client
+
+PART = open_api_client

@@ -1,0 +1,5 @@
+"""OpenAI's models, and servers that speak its protocol: openai:MODEL@URL."""
+
+from torc.vlm.clients.api import open_api_client
+
+PART = open_api_client

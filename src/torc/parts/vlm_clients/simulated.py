@@ -1,0 +1,5 @@
+"""The simulator's truth with mistakes: simulated:PROFILE."""
+
+from torc.vlm.simulated.client import open_simulated
+
+PART = open_simulated

@@ -1,0 +1,117 @@
+"""Asking a perception or a depth, which may be anybody's: what it returns can be used, or the error says why not."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool
+
+from torc.errors import PartError
+from torc.perception.protocol import Depth, Perception, Wanted
+from torc.records import BACKGROUND, MAX_OBJECTS, ROBOT, TARGET_ID, Observation, SegmentedScene
+from torc.registry.kinds import PERCEPTIONS
+from torc.registry.loading import blamed, kind_of_value
+from torc.robots.protocols import Camera, Robot
+
+_HELP = "torc.testing.perception_conformance checks a perception against all rules (docs/extending.md)."
+_UNIT_TOLERANCE = 1e-3
+
+
+def ask_perception(
+    perception: Perception, observation: Observation, wanted: Wanted, before: SegmentedScene | None
+) -> SegmentedScene:
+    """Return the scene that a perception makes of a snapshot, whose masks are hidden unless it needs them.
+
+    Raises PartError if it crashed or returned no scene of this snapshot; its own TorcError passes unchanged.
+    """
+    what = f"Perception {type(perception).__name__}"
+    if not PERCEPTIONS.traits(perception).needs_labels:
+        observation = replace(observation, label_image=None)
+    with blamed(what, PartError, _HELP):
+        scene: Any = perception.perceive(observation, wanted, before)
+    for fault in scene_faults(scene, observation):
+        raise PartError(f"{what} gave no valid scene: {fault}. {_HELP}")
+    return scene
+
+
+def ask_camera(camera: Camera | Robot) -> Observation:
+    """A snapshot of a camera, or of a robot that has one. Raises PartError as `ask_perception`."""
+    return _observation("Camera", camera, "capture()", lambda: camera.capture())
+
+
+def ask_depth(depth: Depth, observation: Observation) -> Observation:
+    """The snapshot with the depth that is to be used. Raises PartError as `ask_perception`."""
+    return _observation("Depth", depth, "measure()", lambda: depth.measure(observation))
+
+
+def _observation(kind: str, part: object, method: str, ask: Callable[[], Any]) -> Observation:
+    what = f"{kind} {type(part).__name__}"
+    remedy = f"torc.testing.{kind.lower()}_conformance checks a {kind.lower()} against all rules (docs/extending.md)."
+    with blamed(what, PartError, remedy):
+        observation: Any = ask()
+    for fault in observation_faults(observation, method):
+        raise PartError(f"{what} gave no valid observation: {fault}. {remedy}")
+    return observation
+
+
+def observation_faults(observation: Any, method: str) -> Iterator[str]:
+    """Why something is no RGB-D snapshot; `method` returned it."""
+    if not isinstance(observation, Observation):
+        yield f"{method} returned {kind_of_value(observation)}, not a torc.records.Observation"
+        return
+    depth = observation.depth_m
+    if not isinstance(depth, np.ndarray) or depth.ndim != 2 or depth.dtype != np.float32:
+        yield "depth_m must be a float32 array of shape (height, width), in metres"
+    elif observation.rgb.shape != (*depth.shape, 3) or observation.rgb.dtype != np.uint8:
+        yield f"rgb must be a uint8 array of shape {(*depth.shape, 3)}, as large as depth_m"
+
+
+def ask_recognition(
+    perception: Perception,
+    observation: Observation,
+    mask: Bool[np.ndarray, "h w"],
+    wanted: Wanted,
+    scene: SegmentedScene,
+    object_id: int,
+) -> float | None:
+    """What a perception says of an object in the hand. Raises PartError as `ask_perception`, and if it is no
+    probability.
+    """
+    what = f"Perception {type(perception).__name__}"
+    recognise: Any = perception.recognise  # type: ignore[attr-defined]
+    with blamed(what, PartError, _HELP):
+        p = recognise(observation, mask, wanted, scene, object_id)
+    if p is not None and not 0 <= p <= 1:
+        raise PartError(f"{what}: recognise returned {p!r}, which is no probability. {_HELP}")
+    return None if p is None else float(p)
+
+
+def scene_faults(scene: Any, observation: Observation) -> Iterator[str]:
+    """Why something is no scene of a snapshot; what comes later may rest on what came before."""
+    if not isinstance(scene, SegmentedScene):
+        yield f"perceive() returned {kind_of_value(scene)}, not a torc.records.SegmentedScene"
+        return
+    label, shape = scene.label_image, observation.depth_m.shape
+    if not isinstance(label, np.ndarray) or label.shape != shape or label.dtype != np.int16:
+        yield f"label_image must be an int16 array of shape {shape}"
+        return
+    if label.min() < min(BACKGROUND, ROBOT) or label.max() >= MAX_OBJECTS:
+        yield f"label_image holds labels outside of {min(BACKGROUND, ROBOT)}..{MAX_OBJECTS - 1}"
+    if list(scene.ids) != sorted(set(scene.ids)):
+        yield f"objects must be sorted by id, no two alike; their ids are {list(scene.ids)}"
+    if scene.target_id not in (None, TARGET_ID) or (scene.target_id == TARGET_ID) != (TARGET_ID in scene.ids):
+        yield f"target_id must be {TARGET_ID} where object {TARGET_ID} is visible, and None else"
+    for o in scene.objects:
+        columns = {"points": o.points, "normals": o.normals}
+        bad = [n for n, a in columns.items() if a.shape != (len(o.pixels), 3) or a.dtype != np.float32]
+        if bad:
+            yield f"object {o.id}: {bad[0]} must be a float32 array of shape ({len(o.pixels)}, 3), as many as pixels"
+        elif not len(o.points):
+            yield f"object {o.id} has no points: leave it out"
+        elif not np.isfinite(o.points).all():
+            yield f"object {o.id}: points must be finite"
+        elif np.abs(np.linalg.norm(o.normals, axis=1) - 1).max() > _UNIT_TOLERANCE:
+            yield f"object {o.id}: normals must have length 1"
+        elif (label[o.pixels[:, 0], o.pixels[:, 1]] != o.id).any():
+            yield f"object {o.id}: its pixels must carry its id in label_image"

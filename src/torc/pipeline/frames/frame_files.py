@@ -1,0 +1,294 @@
+"""Reading and writing frames, whatever their form; what makes no sense is refused with its likely cause."""
+
+from dataclasses import replace
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+from jaxtyping import Float, Int16
+
+from torc.errors import InputError
+from torc.geometry.transforms import unproject
+from torc.perception.segmentation import PerceptionConfig
+from torc.pipeline.frames.against_picture import direction_of, doubts
+from torc.pipeline.frames.forms import read_frame
+from torc.pipeline.frames.level import level_pose
+from torc.pipeline.frames.plausibility import check_intrinsics, check_pose, clean_depth, intrinsics_doubts
+from torc.pipeline.frames.registration import registration_doubt
+from torc.pipeline.frames.stored import HIDDEN, Frame, StoredFrame
+from torc.pipeline.frames.support_plane import (
+    estimate_support_z_m,
+    grid_around,
+    object_points,
+    standing_points,
+)
+from torc.pipeline.frames.table_label import without_table
+from torc.pipeline.frames.writing import write_frame, write_observation
+from torc.records import BACKGROUND, MAX_OBJECTS, ROBOT, TARGET_ID, Observation, VoxelGrid
+
+_RANGE = PerceptionConfig()
+_FEWEST_POINTS = 30
+
+
+def load_frame(path: str | Path) -> Frame:
+    """The frame at a .npz file or directory; the package's text says what they hold.
+
+    Labels keep their numbers where those are 1..63; the target becomes 0, and every other object gets the lowest id
+    that is free. Raises InputError, naming file, key and remedy, for whatever cannot be used.
+    """
+    stored = read_frame(Path(path))
+    given = stored.settings
+    observation, ids, notes = _observed(stored)
+    if observation.label_image is not None:
+        _check_range(stored.where, observation)
+    support_z_m, grid = _support_height(stored.where, observation, given.support_z_m), given.grid
+    return Frame(
+        observation=observation,
+        target_id=TARGET_ID if TARGET_ID in ids.values() else None,
+        target_description=given.target_description,
+        support_z_m=support_z_m,
+        grid=VoxelGrid(np.array(grid.origin), grid.voxel_size_m, grid.shape)
+        if grid
+        else grid_around(_standing(stored.where, observation, support_z_m), support_z_m),
+        labels=MappingProxyType({i: label for label, i in ids.items()}),
+        names=MappingProxyType({ids[k]: name for k, name in given.names.items() if k in ids}),
+        support_estimated=given.support_z_m is None,
+        warnings=(
+            *notes,
+            *intrinsics_doubts(observation.K, observation.depth_m.shape),
+            *doubts(observation, given.support_z_m),
+            *filter(None, [registration_doubt(observation.rgb, observation.depth_m)]),
+        ),
+    )
+
+
+def load_observation(path: str | Path, *, level: bool = True) -> Observation:
+    """What a frame's camera saw, whether or not anything stands in sight. Without `level` a pose that is missing is not
+    estimated, but the identity. Raises as `load_frame`.
+    """
+    return _observed(read_frame(Path(path)), level)[0]
+
+
+def frame_of(observation: Observation, where: str = "The snapshot") -> Frame:
+    """The frame of a snapshot without masks, as if it had been saved and loaded; `where` begins messages.
+
+    Raises InputError as `load_frame`.
+    """
+    observation = replace(observation, label_image=None, depth_m=clean_depth(where, observation.depth_m))
+    support_z_m = _support_height(where, observation, None)
+    grid = grid_around(_standing(where, observation, support_z_m), support_z_m)
+    return Frame(observation, None, "", support_z_m, grid, support_estimated=True)
+
+
+def save_frame(path: str | Path, frame: Frame) -> None:
+    """Writes a frame: a .npz file if the path ends so, else a directory, which is made.
+
+    Labels are written as object ids. A directory rounds depth to 0.1 mm, or to 1 mm where some is beyond 6.5 m; a .npz
+    file has no names. Raises InputError if it cannot be written.
+    """
+    try:
+        write_frame(Path(path), frame)
+    except OSError as error:
+        raise InputError(f"Cannot write the frame to '{path}': {error}.") from error
+
+
+def save_observation(path: str | Path, observation: Observation, target_description: str = "") -> None:
+    """Writes a snapshot as a frame that leaves support and grid to whoever reads it. Raises as `save_frame`."""
+    try:
+        write_observation(Path(path), observation, target_description)
+    except OSError as error:
+        raise InputError(f"Cannot write the frame to '{path}': {error}.") from error
+
+
+def _observed(stored: StoredFrame, level: bool = True) -> tuple[Observation, dict[int, int], tuple[str, ...]]:
+    """The observation that a file holds, checked, its pose estimated if the file has none; object id per label; how the
+    file was understood.
+    """
+    where, given, notes = stored.where, stored.settings, stored.notes
+    depth_m = clean_depth(where, stored.depth_m)
+    check_intrinsics(where, given.K, depth_m.shape)
+    pose = np.eye(4) if given.T_world_camera is None else given.T_world_camera
+    check_pose(where, pose)
+    if stored.open_pose is not None:
+        bare = Observation(stored.rgb, depth_m, given.K, pose, np.zeros(0), 0.0)
+        pose, note = direction_of(where, stored.open_pose_key, stored.open_pose, bare)
+        given, notes = given.model_copy(update={"T_world_camera": pose}), (*notes, note)
+        stored = replace(stored, settings=given)
+    stored, table = without_table(stored, depth_m)
+    ids, label_image = _object_ids(stored)
+    observation = Observation(
+        stored.rgb,
+        depth_m,
+        given.K,
+        pose,
+        np.zeros(0),
+        0.0,
+        label_image=label_image,
+        pair=stored.pair,
+        pose_estimated=given.pose_estimated or given.T_world_camera is None,
+    )
+    missing = given.T_world_camera is None and level
+    return (_levelled(stored, observation) if missing else observation), ids, (*notes, *table)
+
+
+def _levelled(stored: StoredFrame, observation: Observation) -> Observation:
+    """The observation with the pose that the support in the picture gives. Raises InputError for a frame whose other
+    entries say where things are in a world that nobody knows.
+    """
+    where, given = stored.where, stored.settings
+    if observation.label_image is not None:
+        raise InputError(
+            f"{where}, key T_world_camera: is missing; add it. Only for frames without masks it is estimated."
+        )
+    if told := [k for k in ("support_z_m", "grid") if getattr(given, k) is not None]:
+        raise InputError(
+            f"{where}, key {told[0]}: is given in the world, and T_world_camera, the camera's pose in it, is missing. "
+            f"Add that; or leave out {' and '.join(told)}: torc then estimates the pose, with the support at z = 0."
+        )
+    try:
+        return replace(observation, T_world_camera=level_pose(observation), pose_estimated=True)
+    except InputError as error:
+        raise InputError(
+            f"{where}, key T_world_camera: is missing, and cannot be estimated. {error}{_doubts(observation)}"
+        ) from error
+
+
+def _object_ids(stored: StoredFrame) -> tuple[dict[int, int], Int16[np.ndarray, "h w"] | None]:
+    """Object id per label, and per pixel: the target becomes 0, others keep 1..63 or get the lowest id that is free.
+    None of both without masks.
+
+    Raises InputError for labels without an object, negative ones, too many, and a target that is not among them.
+    """
+    given, where = stored.settings, stored.where
+    if stored.labels is None:
+        if given.target not in (None, HIDDEN):
+            raise InputError(
+                f"{where}, key target: {given.target!r} is a label, and the frame has no masks (labels.png, or the key "
+                "labels). Give those, or say which object it is by --mark or --reference."
+            )
+        return {}, None
+    background = given.background
+    if background is None:
+        background = BACKGROUND if (stored.labels < 0).any() else 0
+    values, inverse = np.unique(stored.labels, return_inverse=True)
+    present = [k for k in values.tolist() if k not in (background, given.robot)]
+    if not present:
+        raise InputError(
+            f"{where}: labels are {background} (background) everywhere, so there is no object. Give one number per "
+            "instance, and `background` if it is another number."
+        )
+    if present[0] < 0:
+        raise InputError(
+            f"{where}: label {present[0]} is negative; say which is `background` and which `robot`."
+        )
+    target = _target_label(stored, present)
+    room = MAX_OBJECTS if target is not None else MAX_OBJECTS - 1
+    if len(present) > room:
+        raise InputError(
+            f"{where}: {len(present)} instances in labels, but at most {room} fit. Leave out distant or tiny ones."
+        )
+    others = [k for k in present if k != target]
+    ids = {k: k for k in others if 0 < k < MAX_OBJECTS}
+    free = [i for i in range(1, MAX_OBJECTS) if i not in ids]
+    ids |= dict(zip([k for k in others if k not in ids], free))
+    if target is not None:
+        ids[target] = TARGET_ID
+    new = [ids.get(v, ROBOT if v == given.robot else BACKGROUND) for v in values.tolist()]
+    return ids, np.array(new, dtype=np.int16)[inverse].reshape(stored.labels.shape)
+
+
+def _target_label(stored: StoredFrame, present: list[int]) -> int | None:
+    """The target's label, None if it is hidden."""
+    given, names = stored.settings.target, stored.settings.names
+    if given == HIDDEN:
+        return None
+    if isinstance(given, str):
+        given = next((k for k, name in names.items() if name == given), None)
+    label = 0 if stored.settings.target is None else given
+    if label not in present:
+        named = f", a name of {sorted(names.values())}" if names else ""
+        raise InputError(
+            f"{stored.where}, key target: {stored.settings.target!r} is no label with a pixel. Give the "
+            f"target's label, one of {present[:20]}{named}, or '{HIDDEN}' if it is not in sight."
+        )
+    return label
+
+
+def _check_range(where: str, observation: Observation) -> None:
+    """Refuses frames whose objects lie mostly outside of the range that perception uses."""
+    label, depth_m = observation.label_image, observation.depth_m
+    assert label is not None
+    readings = depth_m[(label >= 0) & (depth_m > 0)]
+    if len(readings) == 0:
+        raise InputError(
+            f"{where}: no labelled pixel has a depth reading. Are depth and labels of one frame?"
+        )
+    near, far = _RANGE.min_depth_m, _RANGE.max_depth_m
+    if np.mean((readings >= near) & (readings <= far)) < 0.5:
+        raise InputError(
+            f"{where}: the objects are {np.median(readings):.2f} m from the camera; readings from {near} to {far:g} m "
+            "are used. Check the unit and scale of the depth, or take the picture from within that range."
+        )
+
+
+def _support_height(where: str, observation: Observation, known_z_m: float | None) -> float:
+    """Height of the support, estimated if not known; checks that the camera can see the objects on it."""
+    points, pose = _things(observation), observation.T_world_camera
+    support_z_m, hint = known_z_m, _flip_hint(points, pose)
+    try:
+        if support_z_m is None:  # an estimated pose has the support at z = 0
+            support_z_m = 0.0 if observation.pose_estimated else estimate_support_z_m(observation)
+    except InputError as error:
+        raise InputError(f"{where}: {error}{hint}{_doubts(observation)}") from error
+    height = points[:, 2] - support_z_m
+    seen = float(np.mean((height > -0.03) & (height < 1.5)))
+    if pose[2, 3] <= support_z_m or (observation.label_image is not None and seen < 0.2):
+        hint += _doubts(observation, support_z_m)
+        raise InputError(
+            f"{where}: the camera does not see the workspace: it is at z = {pose[2, 3]:.3f} m, the support "
+            f"surface at {support_z_m:.3f} m, and {seen:.0%} of the objects' points lie 0..1.5 m above that (median "
+            f"height {np.median(height):.2f} m). Check camera pose, depth scale and support_z_m; the world's z points "
+            f"upwards.{hint}"
+        )
+    return support_z_m
+
+
+def _doubts(observation: Observation, support_z_m: float | None = None) -> str:
+    """What the picture says against what was given with it, for the end of a message."""
+    return "".join(f" {doubt}" for doubt in doubts(observation, support_z_m))
+
+
+def _things(observation: Observation) -> Float[np.ndarray, "n 3"]:
+    """Points of what may be objects: of those that are labelled; without labels of all that is in sight."""
+    if observation.label_image is not None:
+        return object_points(observation)
+    rows, cols = np.nonzero(observation.depth_m > 0)
+    depth = observation.depth_m[rows, cols].astype(float)
+    return unproject(rows, cols, depth, observation.K, observation.T_world_camera)
+
+
+def _standing(where: str, observation: Observation, support_z_m: float) -> Float[np.ndarray, "n 3"]:
+    """Points of what stands on the support. Raises InputError if nothing does."""
+    if observation.label_image is not None:
+        return object_points(observation)
+    points = standing_points(observation, support_z_m)
+    if len(points) < _FEWEST_POINTS:
+        placed = not observation.pose_estimated
+        at = f", at z = {support_z_m:.3f} m," if placed else ""
+        check = "camera pose, support_z_m and the depth's unit" if placed else "the depth's unit"
+        raise InputError(
+            f"{where}: nothing stands on the support: {len(points)} pixels show anything above the largest level "
+            f"surface in sight{at} and {np.mean(observation.depth_m > 0):.0%} have a reading of depth at all. Is the "
+            f"table empty, or does one object fill the picture? If not, check {check}.{_doubts(observation)}"
+        )
+    return points
+
+
+def _flip_hint(points: Float[np.ndarray, "n 3"], T_world_camera: np.ndarray) -> str:
+    """A hint at the commonest mistake, a pose with OpenGL's camera axes (y up, looking along -z)."""
+    if np.median(points[:, 2]) > T_world_camera[2, 3] or T_world_camera[2, 2] > 0.2:
+        return (
+            " The camera seems to look upwards: is its pose in OpenGL's axes? "
+            "Then flip the signs of the matrix's second and third column."
+        )
+    return ""

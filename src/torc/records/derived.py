@@ -1,0 +1,25 @@
+"""What follows from a record, worked out once however many ask for it."""
+
+import weakref
+from collections.abc import Callable, Hashable
+from typing import Any, TypeVar
+
+Derived = TypeVar("Derived")
+_KEPT: dict[int, dict[Hashable, Any]] = {}
+"""By the record's `id`, until the record is gone. Records hold arrays, so they cannot be keys themselves."""
+
+
+def once(record: object, key: Hashable, derive: Callable[[], Derived]) -> Derived:
+    """Return what `derive` returns, and keep it for the next call with this record and key.
+
+    Args:
+        record: a frozen record.
+        key: names what is derived, and the settings that it depends on.
+    """
+    kept = _KEPT.get(id(record))
+    if kept is None:
+        kept = _KEPT[id(record)] = {}
+        weakref.finalize(record, _KEPT.pop, id(record), None).atexit = False
+    if key not in kept:
+        kept[key] = derive()
+    return kept[key]

@@ -1,0 +1,84 @@
+"""What parts may be given when they are made."""
+
+from __future__ import annotations
+
+import inspect
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    # Types alone, so that this module stays light and at the bottom of the packages.
+    from collections.abc import Callable
+
+    from torc.robots.description import RobotDescription
+    from torc.robots.gripper import GripperDescription
+    from torc.robots.protocols import Camera
+    from torc.vlm.config import Asking, VlmConfig
+    from torc.vlm.protocol import VlmClient
+    from torc.vlm.simulated.situation import Situation
+    from torc.workspace.description import Workspace
+
+
+@dataclass(frozen=True)
+class BuildContext:
+    """What a part may be given when it is made, besides its settings.
+
+    The one rule: a parameter of a part's `__init__` that has the name of a field below is given that field, unless the
+    field is None. All other parameters are settings.
+
+    Attributes:
+        workspace: table, bin and camera pose.
+        robot: kinematics and shape of the arm and its gripper.
+        gripper: the gripper alone.
+        support_z_m: height of the table top in the world, metres.
+        camera: the simulated camera, for a camera that looks through it.
+        client: the VLM that a task planner asks.
+        asking: pictures, prompt and version of the questions, for such a planner.
+        config: the model and its options, for a VLM client.
+        truth: returns what is true in the simulation now, for the simulated VLM.
+        dof: number of joints, for an arm driver.
+        joint_names: the joints' names in the robot description, for an arm driver.
+    """
+
+    workspace: Workspace | None = None
+    robot: RobotDescription | None = None
+    gripper: GripperDescription | None = None
+    support_z_m: float | None = None
+    camera: Camera | None = None
+    client: VlmClient | None = None
+    asking: Asking | None = None
+    config: VlmConfig | None = None
+    truth: Callable[[], Situation] | None = None
+    dof: int | None = None
+    joint_names: tuple[str, ...] | None = None
+
+    def given_to(self, factory: Any) -> dict[str, Any]:
+        """Return the arguments that a class, or a function that makes a part, takes of these."""
+        names = GIVEN & parameters(factory)
+        return {name: value for name in names if (value := getattr(self, name)) is not None}
+
+
+GIVEN = frozenset(field.name for field in fields(BuildContext))
+"""The names of parameters that are not settings."""
+
+
+def signature_of(factory: Any) -> inspect.Signature | None:
+    """Return the signature of a class or function; None if it cannot say, as some compiled ones."""
+    try:
+        return inspect.signature(factory)
+    except (TypeError, ValueError):
+        return None
+
+
+def parameters(factory: Any) -> frozenset[str]:
+    """Return the names of the arguments that something takes, as far as it can say."""
+    signature = signature_of(factory)
+    return frozenset() if signature is None else frozenset(signature.parameters)
+
+
+def refuses(factory: Any, argument: str) -> bool:
+    """Return whether something certainly takes no argument of that name."""
+    signature = signature_of(factory)
+    return signature is not None and not any(
+        p.name == argument or p.kind is p.VAR_KEYWORD for p in signature.parameters.values()
+    )

@@ -1,0 +1,287 @@
+"""From the name of a part to the part. A stranger's code may fail in any way: what fails while a part is made is an
+InputError, and what fails in use is an error that names the part.
+"""
+
+import ast
+import os
+import sys
+import traceback
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from functools import cache, partial
+from importlib import import_module
+from importlib.metadata import EntryPoint, entry_points
+from importlib.util import find_spec, module_from_spec, spec_from_file_location
+from pathlib import Path, PurePath
+from types import ModuleType
+from typing import Any
+
+from torc.errors import InputError, TorcError, UnknownNameError
+from torc.io.digests import fingerprint
+from torc.registry.context import BuildContext, signature_of
+from torc.registry.kinds import FOLDERS, KINDS, Kind, declarable
+from torc.registry.settings import arguments, check_names
+from torc.satellites import not_installed, satellite_of_part
+
+PART = "PART"
+"""What a file in a folder of parts calls its class."""
+
+
+def make_part(
+    kind: Kind[Any],
+    name: str,
+    settings: Mapping[str, Any] | None = None,
+    context: BuildContext | None = None,
+    *,
+    rough: bool = False,
+) -> Any:
+    """Make the part of that name, or the class at "module:Class".
+
+    Args:
+        settings: by their paths within the part.
+        context: what it may be given besides, see `BuildContext`.
+        rough: depth has a sensor's errors; a part that has default settings for that is made with them.
+
+    Raises:
+        UnknownNameError: nobody registered that name, or the part has no such setting.
+        InputError: the class cannot be imported or made, or is no such part; the cause is in the text.
+    """
+    factory = load_part(kind, name)
+    check_names(factory, settings or {}, kind.option)
+    return make_with(kind, name, arguments(factory, settings or {}, kind.option, rough), context)
+
+
+def make_with(
+    kind: Kind[Any], name: str, options: Mapping[str, Any], context: BuildContext | None = None
+) -> Any:
+    """Make the part of that name with these arguments and those that it takes of `context`. Raises as `make_part`."""
+    factory, what = load_part(kind, name), f"{kind.title} '{name}'"
+    given = (context or BuildContext()).given_to(factory) | dict(options)
+    signature = signature_of(factory)
+    try:
+        if signature is not None:
+            signature.bind(**given)
+    except TypeError as error:
+        raise InputError(
+            f"{what} does not take the options {sorted(given)}: {error}. It takes {signature}."
+        ) from error
+    try:
+        part = factory(**given)
+    except TorcError:
+        raise
+    except (Exception, SystemExit) as error:  # a stranger's code may fail in any way
+        raise InputError(f"{what} could not be made: {type(error).__name__}: {error}.") from error
+    if not callable(getattr(part, kind.method, None)):
+        raise InputError(f"{what} needs a method `{kind.call}`; {type(part).__name__} has none.")
+    for fault in trait_faults(kind, part):
+        raise InputError(f"{what}: {fault}.")
+    return part
+
+
+def trait_faults(kind: Kind[Any], part: object) -> Iterator[str]:
+    """Yield what is wrong with the traits that a part declares."""
+    declared = kind.traits(part)
+    for name, default in declarable(kind.base).items():
+        value = getattr(declared, name)
+        if isinstance(default, bool | str) and not isinstance(value, type(default)):
+            wanted = "True or False" if isinstance(default, bool) else "text"
+            yield f"`{name}` is {kind_of_value(value)}; it must be {wanted}"
+        elif callable(default) and not callable(value):
+            yield f"`{name}` is {kind_of_value(value)}; it must be a method"
+    if "name" in declarable(kind.base) and not declared.name:
+        yield f"it needs a string `name` besides its method `{kind.call}`"
+
+
+def load_part(kind: Kind[Any], name: str) -> Any:
+    """Return what makes the part of that name, imported but not called. Raises as `make_part`."""
+    # Asking all installed packages takes 15 ms, and a trial makes a dozen parts.
+    shipped = shipped_paths(kind)
+    known = shipped if name in shipped else part_paths(kind)
+    if name not in known and (satellite := satellite_of_part(kind.group, name)):
+        raise not_installed(f"{kind.title} '{name}'", satellite, satellite.parts[kind.group][name])
+    if name not in known and ":" not in name:
+        raise unknown_part(kind, name, known)
+    return load_path(f"{kind.title} '{name}'", known.get(name, name))
+
+
+def load_path(what: str, path: str) -> Any:
+    """Return the class or function at "module:Class" or "path/to/file.py:Class"; `what` it is, for messages.
+
+    Raises InputError.
+    """
+    found = load_object(what, path)
+    if not callable(found):
+        raise InputError(f"{what} is a {type(found).__name__}, not a class.")
+    return found
+
+
+def load_object(what: str, path: str) -> Any:
+    """Return anything at such a path. Raises InputError."""
+    module_name, _, attribute = path.partition(":")
+    if not module_name or not attribute:
+        raise InputError(f"{what} must be written module:Class, e.g. my_package.my_module:MyClass.")
+    try:
+        is_file = module_name.endswith(".py")
+        found: Any = _module_of_file(module_name) if is_file else import_module(module_name)
+        for part in attribute.split("."):
+            found = getattr(found, part)
+    except TorcError:
+        raise
+    except (ModuleNotFoundError, FileNotFoundError) as error:
+        here = os.getcwd()
+        local = f"the working directory ({here}), " if {here, ""} & set(sys.path) else ""
+        raise InputError(
+            f"{what}: importing {module_name} failed: {error}. Looked for in {local}this environment and PYTHONPATH."
+        ) from error
+    except AttributeError as error:
+        raise InputError(f"{what}: module {module_name} has no '{attribute}' ({error}).") from error
+    except (Exception, SystemExit) as error:  # a stranger's code may fail in any way
+        failed = f"importing {module_name} failed with {type(error).__name__}: {error}."
+        raise InputError(f"{what}: {failed}") from error
+    return found
+
+
+def unknown_part(kind: Kind[Any], name: str, known: Iterable[str]) -> UnknownNameError:
+    """Return the error for a name that nobody registered."""
+    more = ", or your own as module:Class or path/to/file.py:Class"
+    return UnknownNameError(kind.what, name, list(known), more)
+
+
+def part_paths(kind: Kind[Any]) -> dict[str, str]:
+    """Return all known names with their "module:Class": shipped parts and those of installed packages."""
+    return {name: value for name, (value, _) in _installed(kind).items()} | _found(kind, _all_folders())
+
+
+def shipped_paths(kind: Kind[Any]) -> Mapping[str, str]:
+    """Return the names that come with torc, with their "module:PART". Looks at the names of files alone."""
+    return _found(kind, (FOLDERS,))
+
+
+def is_shipped(kind: Kind[Any], name: str) -> bool:
+    """Return whether torc's own version settles what this part does; a user's own counts by its source."""
+    if name in shipped_paths(kind):
+        return True
+    package = part_paths(kind).get(name, "").partition(":")[0].partition(".")[0]
+    return package.startswith("torc_")  # another package of this repository
+
+
+def part_lines(kind: Kind[Any]) -> dict[str, str]:
+    """Return a line of help for every known name. Nothing of the parts is imported."""
+    lines = {name: line for name, (_, line) in _installed(kind).items()}
+    lines |= {name: _first_line(path) for name, path in _found(kind, _all_folders()).items()}
+    return dict(sorted(lines.items()))
+
+
+def kinds_of(name: str) -> list[Kind[Any]]:
+    """Return the kinds that have a part of that name."""
+    return [kind for kind in KINDS if name in part_paths(kind)]
+
+
+def registered(group: str) -> dict[str, Callable[[], Any]]:
+    """Return what installed packages registered in a group of entry points: what loads it, by name, in order of names.
+
+    Loading raises InputError for what cannot be imported.
+    """
+    points = sorted(entry_points(group=group), key=lambda point: point.name)
+    return {point.name: partial(_loaded, point) for point in points}
+
+
+def _loaded(point: EntryPoint) -> Any:
+    try:
+        return point.load()
+    except (Exception, SystemExit) as error:  # a stranger's code may fail in any way
+        raise InputError(
+            f"'{point.name}' of an installed package ({point.value}) cannot be imported: {type(error).__name__}: "
+            f"{error}. Repair the package, or uninstall it."
+        ) from error
+
+
+@cache
+def _found(kind: Kind[Any], roots: tuple[str, ...]) -> dict[str, str]:
+    """The parts in the folders of some packages: a file's name is the part's, with hyphens."""
+    found: dict[str, str] = {}
+    for root in reversed(roots):
+        folder = f"{root}.{kind.folder}"
+        try:
+            spec = find_spec(folder)
+        except ImportError:  # a stranger's package that is broken: its parts are missing, others are not
+            continue
+        for place in () if spec is None else spec.submodule_search_locations or ():
+            for file in sorted(Path(place).glob("*.py")):
+                if not file.stem.startswith("_"):
+                    found[file.stem.replace("_", "-")] = f"{folder}.{file.stem}:{PART}"
+    return found
+
+
+def _all_folders() -> tuple[str, ...]:
+    return (FOLDERS, *(point.value for point in entry_points(group=FOLDERS)))
+
+
+def _installed(kind: Kind[Any]) -> dict[str, tuple[str, str]]:
+    """The parts of installed packages: "module:Class", and which package it is."""
+    return {
+        point.name: (point.value, f"of the package {point.value.partition('.')[0]}")
+        for point in entry_points(group=kind.group)
+    }
+
+
+def _first_line(path: str) -> str:
+    """The first line of the docstring of a part's file."""
+    spec = find_spec(path.partition(":")[0])
+    if spec is None or spec.origin is None:
+        return ""
+    text = ast.get_docstring(ast.parse(Path(spec.origin).read_text(encoding="utf-8"))) or ""
+    return text.partition("\n")[0].rstrip(".")
+
+
+def short_part_name(name: str) -> str:
+    """Return a name that can stand in a file's name: "path/to/file.py:Class" becomes "file.Class"."""
+    module, colon, attribute = name.partition(":")
+    return f"{PurePath(module).name.removesuffix('.py')}.{attribute}" if colon else name
+
+
+@contextmanager
+def blamed(what: str, error_class: type[TorcError], remedy: str) -> Iterator[None]:
+    """Turn whatever a part raises within into `error_class`, naming the part, the fault and its line.
+
+    A TorcError that the part raises itself passes unchanged.
+    """
+    try:
+        yield
+    except TorcError:
+        raise
+    except (Exception, SystemExit) as error:  # a stranger's code may fail in any way
+        last = traceback.extract_tb(error.__traceback__)[-1]
+        raise error_class(
+            f"{what} failed with {type(error).__name__}: {error} ({last.filename}, line {last.lineno}). {remedy}"
+        ) from error
+
+
+def kind_of_value(value: Any) -> str:
+    """Return what a value is, for messages."""
+    return "None" if value is None else f"a {type(value).__name__}"
+
+
+def _module_of_file(file: str) -> ModuleType:
+    """The module of a file in the working directory or on the search path; it finds the modules beside it.
+
+    It is imported once. Raises FileNotFoundError if there is none.
+    """
+    path = next((p.resolve() for p in (Path(place, file) for place in ("", *sys.path)) if p.is_file()), None)
+    if path is None:
+        raise FileNotFoundError(f"there is no file '{file}'")
+    name = f"torc_own_{path.stem}_{fingerprint({'path': str(path)})[:8]}"
+    if name in sys.modules:
+        return sys.modules[name]
+    spec = spec_from_file_location(name, path)
+    if spec is None or spec.loader is None:
+        raise ImportError(f"'{path}' cannot be imported")
+    if str(path.parent) not in sys.path:
+        sys.path.append(str(path.parent))
+    sys.modules[name] = module = module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+    except BaseException:
+        del sys.modules[name]
+        raise
+    return module

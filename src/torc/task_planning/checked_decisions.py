@@ -1,0 +1,119 @@
+"""Asking a task planner, which may be anybody's: what it answers is a decision, or the error says what it is."""
+
+import json
+import operator
+from collections.abc import Iterator, Mapping
+from contextlib import AbstractContextManager
+from dataclasses import replace
+from numbers import Real
+from typing import Any
+
+import numpy as np
+
+from torc.errors import PlannerError
+from torc.io.record_files import to_plain
+from torc.records import (
+    BeliefEvidence,
+    Certainty,
+    Corrections,
+    Decision,
+    DependencyGraph,
+    Evidence,
+    Exchange,
+    ModelEvidence,
+    PlanningContext,
+)
+from torc.registry.kinds import TASK_PLANNERS
+from torc.registry.loading import blamed
+from torc.registry.loading import kind_of_value as _kind
+from torc.task_planning.protocol import TaskPlanner
+
+_EVIDENCE: Mapping[str, type] = {
+    "graph": DependencyGraph,
+    "certainty": Certainty,
+    "belief": BeliefEvidence,
+    "vlm": ModelEvidence,
+    "corrections": Corrections,
+}
+_HELP = "torc.testing.planner_conformance checks a planner against all rules (docs/task_planners.md)."
+
+
+def ask_planner(planner: TaskPlanner, context: PlanningContext, rng: np.random.Generator) -> Decision:
+    """The planner's decision, with plain numbers in place of NumPy's.
+
+    Whether the object can be picked is not judged here: a bad choice is a lost pick, not an error.
+
+    Raises:
+        PlannerError: the planner crashed, or its answer is no Decision that could be carried out and logged.
+        TorcError: what the planner raises of its own accord.
+    """
+    with _blamed(planner):
+        answer: Any = planner.decide(context, rng)
+    faults = list(decision_faults(answer))
+    if faults:
+        raise PlannerError(f"Task planner '{planner.name}' gave no valid decision: {faults[0]}. {_HELP}")
+    return replace(
+        answer,
+        object_id=None if answer.object_id is None else operator.index(answer.object_id),
+        attempts=operator.index(answer.attempts),
+        give_up=bool(answer.give_up),
+        is_target=bool(answer.is_target),
+    )
+
+
+def rehearse_planner(planner: TaskPlanner, context: PlanningContext) -> None:
+    """Lets a planner that has a `warm_up` use its kernels once. Raises PlannerError if it crashes."""
+    with _blamed(planner):
+        TASK_PLANNERS.traits(planner).warm_up(context)
+
+
+def _blamed(planner: TaskPlanner) -> AbstractContextManager[None]:
+    return blamed(f"Task planner '{planner.name}'", PlannerError, _HELP)
+
+
+def decision_faults(answer: Any) -> Iterator[str]:
+    """Why an answer is no decision."""
+    if not isinstance(answer, Decision):
+        yield f"decide() returned {_kind(answer)}, not a torc.records.Decision"
+        return
+    chosen, exchanges = answer.object_id, answer.exchanges
+    if not (chosen is None or _is_whole(chosen)):
+        yield f"object_id is {_kind(chosen)}; it must be an int or None"
+    if not isinstance(answer.reason, str):
+        yield f"reason is {_kind(answer.reason)}; it must be text"
+    if not isinstance(answer.give_up, bool | np.bool_):
+        yield f"give_up is {_kind(answer.give_up)}; it must be True or False"
+    if not isinstance(answer.is_target, bool | np.bool_):
+        yield f"is_target is {_kind(answer.is_target)}; it must be True or False"
+    if not _is_whole(answer.attempts):
+        yield f"attempts is {_kind(answer.attempts)}; it must be an int"
+    if not (isinstance(exchanges, tuple | list) and all(isinstance(e, Exchange) for e in exchanges)):
+        yield "exchanges must be a tuple of torc.records.Exchange"
+    if not isinstance(answer.evidence, Evidence):
+        yield (
+            f"evidence is {_kind(answer.evidence)}; it must be a torc.records.Evidence, "
+            "which takes facts of your own as Evidence(notes={...})"
+        )
+    else:
+        yield from _evidence_faults(answer.evidence)
+    pictures = answer.pictures
+    if not (isinstance(pictures, tuple | list) and all(isinstance(p, bytes) for p in pictures)):
+        yield "pictures must be a tuple of PNG files as bytes"
+    try:
+        json.dumps(to_plain(answer))
+    except (TypeError, ValueError, RecursionError) as error:
+        yield f"its evidence is not plain data that JSON can hold ({error})"
+
+
+def _evidence_faults(evidence: Evidence) -> Iterator[str]:
+    for name, kind in _EVIDENCE.items():
+        value = getattr(evidence, name)
+        if value is not None and not isinstance(value, kind):
+            yield f"evidence.{name} is {_kind(value)}, not a torc.records.{kind.__name__}"
+    p = evidence.probabilities
+    if not (isinstance(p, Mapping) and all(_is_whole(k) and isinstance(v, Real) for k, v in p.items())):
+        yield "evidence.probabilities must map object ids to numbers"
+
+
+def _is_whole(value: Any) -> bool:
+    return isinstance(value, int | np.integer) and not isinstance(value, bool)

@@ -1,0 +1,177 @@
+"""Asks a model about a scene until an answer is of use, at most three times (the authors' rule)."""
+
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+import numpy as np
+
+from torc.errors import InputError
+from torc.io.record_files import to_plain
+from torc.records import TARGET_ID, Decision, Evidence, Exchange, PlanningContext
+from torc.records.evidence import ModelEvidence, ModelTry
+from torc.task_planning.protocol import MAX_ATTEMPTS
+from torc.vlm.answers import Useless
+from torc.vlm.config import Asking
+from torc.vlm.picture_config import PictureConfig
+from torc.vlm.pictures import SentPicture, pictures_of
+from torc.vlm.prompt_files import shipped_prompt
+from torc.vlm.protocol import Question, Reply, VlmClient
+from torc.vlm.question_facts import gripper_sentence, target_size_sentence
+from torc.vlm.replies import ask_client
+
+Answer = TypeVar("Answer")
+FIELDS = (
+    "target",
+    "target_state",
+    "target_size",
+    "description",
+    "gripper",
+    "history",
+    "picks_left",
+    "objects",
+    "pictures",
+)
+"""What every planner fills in a prompt; `prompt_values` tells with what."""
+_SEEDS = 2**31
+_MAX_NAME = 60
+
+
+@dataclass(frozen=True)
+class Form:
+    """What a planner asks: its name, with which the names of its shipped prompts begin; the $fields that a prompt of
+    somebody's needs, and those that it may have beside FIELDS; the JSON schema of the answer.
+    """
+
+    planner: str
+    needed: Collection[str]
+    own: Collection[str]
+    schema: Mapping[str, Any]
+
+
+class Asker:
+    """Asks a model a planner's question about scene after scene. Raises InputError where there is no model, since a
+    planner that asks one was named without, or if the prompt does not fit the planner.
+    """
+
+    def __init__(self, client: VlmClient | None, form: Form, asking: Asking | None) -> None:
+        if client is None:
+            raise InputError(
+                f"Task planner '{form.planner}' asks a VLM: say which with --vlm gemini:MODEL, anthropic:MODEL, "
+                "openai:MODEL, openai:MODEL@URL for a server of your own, or, in a simulated trial, simulated."
+            )
+        self._client, self._form = client, form
+        self._asking = asking or Asking()
+        self._prompt = self._asking.prompt or shipped_prompt(f"{form.planner}-{self._asking.questions}")
+        self._prompt.check(form.planner, form.needed, (*FIELDS, *form.own))
+
+    @property
+    def questions(self) -> int:
+        """Version of the questions: what they say, and how the pictures are drawn."""
+        return self._asking.questions
+
+    def consult(
+        self,
+        context: PlanningContext,
+        values: Mapping[str, object],
+        read: Callable[[Reply], Answer | Useless],
+        rng: np.random.Generator,
+    ) -> tuple[Answer | Useless, str, Decision]:
+        """Ask about a scene, with these values for the planner's own fields; ask the same again while `read` finds the
+        reply useless. Each asking draws its repetition from rng, so that another seed or pick asks anew. Raises
+        VlmError if the server gives no reply.
+
+        Returns the answer, the model that gave it, and an empty Decision that carries the transcript.
+        """
+        filled = prompt_values(context, self._asking.picture) | dict(values)
+        system, question = self._prompt.filled(self._asking.structured, **filled)
+        pictures = pictures_of(context.scene, self._asking.picture)
+        images = tuple(p.png for p in pictures)
+        exchanges: list[Exchange] = []
+        tries: list[ModelTry] = []
+        answer: Answer | Useless = Useless("It was not asked.")
+        model = ""
+        for _ in range(MAX_ATTEMPTS):
+            repeat = int(rng.integers(_SEEDS))
+            asked = Question(question, images, self._form.schema, repeat, system, self._prompt.examples)
+            reply = ask_client(self._client, asked)
+            answer = read(reply)
+            # As its server tells it, short and harmless in a sentence.
+            model = "".join(c for c in reply.model_version if c.isprintable())[:_MAX_NAME]
+            exchanges.append(Exchange(question, reply.text))
+            useless = answer.reason if isinstance(answer, Useless) else None
+            seconds = round(reply.latency_s, 4)
+            tries.append(ModelTry(useless, reply.finish.value, reply.model_version, reply.tokens, seconds))
+            if not isinstance(answer, Useless):
+                break
+        last = answer.reason if isinstance(answer, Useless) else ""
+        nothing = Decision(
+            None,
+            f"The VLM {model} gave no answer of use in {len(tries)} tries. {last}",
+            len(tries),
+            exchanges=tuple(exchanges),
+            evidence=Evidence(vlm=self._evidence(system, pictures, tries)),
+            pictures=images,
+        )
+        return answer, model, nothing
+
+    def _evidence(
+        self, system: str, pictures: tuple[SentPicture, ...], tries: list[ModelTry]
+    ) -> ModelEvidence:
+        shown = tuple(p.facts for p in pictures)
+        return ModelEvidence(
+            prompt=self._prompt.name,
+            prompt_sha256=self._prompt.digest,
+            system=system,
+            examples=tuple(to_plain(self._prompt.examples)),
+            image_sha256=shown[0]["sha256"],
+            pictures=shown,
+            tries=tuple(tries),
+        )
+
+
+def prompt_values(context: PlanningContext, picture: PictureConfig) -> dict[str, object]:
+    """Values of FIELDS for a scene."""
+    return {
+        "target": TARGET_ID,
+        "target_state": target_state(context.scene.target_id is not None),
+        "target_size": target_size_sentence(context),
+        "gripper": gripper_sentence(context),
+        "description": context.target_description.strip() or "not described",
+        "history": "\n".join(_history(context)) or "None so far.",
+        "picks_left": context.picks_left,
+        "objects": ", ".join(map(str, context.scene.ids)),
+        "pictures": picture.sentences,
+    }
+
+
+def target_state(visible: bool) -> str:
+    """Whether the target is in sight, as prompts say it."""
+    if visible:
+        return "It is in sight."
+    return f"It is not in sight: nothing in the picture carries the number {TARGET_ID}."
+
+
+def filled_prompt(name: str, target_visible: bool, **values: object) -> str:
+    """The shipped prompt of that name, asking for free text, for a scene whose target is in sight, or not; `values`
+    fills what else it asks for.
+    """
+    return fill_prompt(name, target=TARGET_ID, target_state=target_state(target_visible), **values)
+
+
+def fill_prompt(name: str, **values: object) -> str:
+    """The shipped prompt of that name, asking for free text about the paper's picture, with its other $fields filled.
+    Raises KeyError for one that is left open.
+    """
+    _, question = shipped_prompt(name).filled(False, pictures=PictureConfig().sentences, **values)
+    return question
+
+
+def _history(context: PlanningContext) -> list[str]:
+    """A line per earlier pick, as the robot felt it."""
+    return [
+        f"Pick {number}: object {outcome.object_id}, {outcome.result.value}."
+        if outcome.object_id >= 0
+        else f"Pick {number}: no object, {outcome.result.value}."
+        for number, outcome in enumerate(context.history, start=1)
+    ]

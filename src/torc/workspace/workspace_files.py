@@ -1,0 +1,201 @@
+"""Workspace files (`torc-workspace/1`): table, bin, camera and watched region, as a robot is a file."""
+
+from functools import cache
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+
+from torc.errors import InputError, UnknownNameError
+from torc.geometry.transforms import look_at
+from torc.io.digests import fingerprint
+from torc.io.reading import read_text
+from torc.io.strict_yaml import Number, explain_faults, parse_plain_yaml
+from torc.records import VoxelGrid
+from torc.workspace.description import Bin, Box, CameraMount, Room, Workspace
+from torc.workspace.faults import faults
+
+DATA = Path(__file__).parent / "data"
+"""Where the shipped workspaces are."""
+EXAMPLE = DATA / "paper.yaml"
+"""A shipped workspace, to compare with."""
+_MAX_BYTES = 100_000
+_MAX_VOXELS = 20_000_000
+_SUPPORT_TOLERANCE_M = 0.005
+_FOV_DEG = (5.0, 160.0)
+_APART_M = 1e-3
+Positive = Annotated[Number, Field(gt=0.0)]
+Vec = tuple[Number, Number, Number]
+Size = tuple[Positive, Positive, Positive]
+
+
+@cache
+def workspace_names() -> tuple[str, ...]:
+    """The workspaces that are shipped."""
+    return tuple(sorted(p.stem for p in DATA.glob("*.yaml")))
+
+
+def load_workspace(name_or_path: str | Path = "paper") -> Workspace:
+    """A shipped workspace by name, or any by the path of its YAML. Raises InputError."""
+    path = Path(name_or_path)
+    if path.suffix in {".yaml", ".yml"} and path.is_file():
+        return _read(path)
+    if str(name_or_path) not in workspace_names():
+        own = f", or a YAML file of your own; compare {EXAMPLE}"
+        raise UnknownNameError("workspace (nor a YAML file)", str(name_or_path), list(workspace_names()), own)
+    return _shipped(str(name_or_path))
+
+
+def own_workspace_source(name_or_path: str) -> str:
+    """Fingerprint of a workspace of the user's own; "" for those that come with torc. Raises as `load_workspace`."""
+    workspace = load_workspace(name_or_path)
+    return "" if name_or_path in workspace_names() else workspace.source
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class _BoxEntry(_Strict):
+    center: Vec
+    size: Size
+
+
+class _Obstacle(_BoxEntry):
+    name: Annotated[str, Field(pattern=r"^[A-Za-z][\w-]{0,63}$")]
+
+
+class _BinEntry(_Strict):
+    floor_center: Vec
+    inner_size: Size
+    wall: Positive = 0.02
+    drop_position: Vec
+
+
+class _CameraEntry(_Strict):
+    """The camera: an ideal pinhole. Its pose, OpenCV axes, as a matrix, or as a position and what it looks at."""
+
+    position: Vec | None = None
+    look_at: Vec | None = None
+    T_world_camera: list[list[Number]] | None = None
+    width: Annotated[int, Field(ge=16, le=4096)] = 640
+    height: Annotated[int, Field(ge=16, le=4096)] = 480
+    vertical_fov_deg: Number
+
+    @field_validator("vertical_fov_deg")
+    @classmethod
+    def _lens(cls, value: float) -> float:
+        low, high = _FOV_DEG
+        if low <= value <= high:
+            return value
+        turned = float(np.rad2deg(value))
+        hint = f". Is it in radians? Then write {turned:.1f}" if low <= turned <= high else ""
+        raise ValueError(f"must be {low:g} to {high:g} degrees, not {value:g}{hint}")
+
+    @model_validator(mode="after")
+    def _one_pose(self) -> "_CameraEntry":
+        seen_from = self.position is not None and self.look_at is not None
+        if seen_from == (self.T_world_camera is not None):
+            raise ValueError("give either position and look_at, or T_world_camera")
+        if self.T_world_camera is not None:
+            T = np.array(self.T_world_camera, dtype=float)
+            rigid = T.shape == (4, 4) and np.allclose(T[:3, :3] @ T[:3, :3].T, np.eye(3), atol=1e-4)
+            if not rigid or np.linalg.det(T[:3, :3]) < 0 or not np.allclose(T[3], [0, 0, 0, 1]):
+                raise ValueError("T_world_camera must be a 4x4 rigid transform, without scale or mirror")
+        elif self.position is not None and self.look_at is not None:
+            view = np.subtract(self.look_at, self.position)
+            if np.linalg.norm(view) < _APART_M:
+                raise ValueError(
+                    "look_at is the camera's position: give a point that it looks at, on the table"
+                )
+            if np.linalg.norm(view[:2]) < 1e-6 * np.linalg.norm(view):
+                raise ValueError(
+                    "it looks straight up or down: give T_world_camera, which also says how it is turned"
+                )
+        return self
+
+    def mount(self) -> CameraMount:
+        if self.position is not None and self.look_at is not None:
+            T = look_at(self.position, self.look_at)
+        else:
+            T = np.array(self.T_world_camera, dtype=float)
+        return CameraMount(T, self.width, self.height, float(np.deg2rad(self.vertical_fov_deg)))
+
+
+class _RegionEntry(_Strict):
+    origin: Vec
+    voxel_size: Annotated[Number, Field(ge=0.002, le=0.1)]
+    shape: tuple[Annotated[int, Field(ge=1)], Annotated[int, Field(ge=1)], Annotated[int, Field(ge=1)]]
+
+
+class _RoomEntry(_Strict):
+    center: tuple[Number, Number]
+    size: tuple[Positive, Positive]
+    height: Positive
+    open_above: bool = True
+
+    def room(self) -> Room:
+        return Room(self.center, self.size, self.height, self.open_above)
+
+
+class _WorkspaceFile(_Strict):
+    """The whole file."""
+
+    format: Literal["torc-workspace/1"]
+    name: Annotated[str, Field(pattern=r"^\w[\w .+-]{0,63}$")]
+    table: _BoxEntry
+    bin: _BinEntry
+    camera: _CameraEntry
+    region: _RegionEntry
+    obstacles: list[_Obstacle] = []
+    room: _RoomEntry | None = None
+
+    @model_validator(mode="after")
+    def _fits(self) -> "_WorkspaceFile":
+        support = self.table.center[2] + self.table.size[2] / 2
+        if abs(self.region.origin[2] - support) > _SUPPORT_TOLERANCE_M:
+            raise ValueError(f"the region's floor must be the table's upper side, at z = {support:g}")
+        if np.prod(self.region.shape) > _MAX_VOXELS:
+            raise ValueError(f"the region has more than {_MAX_VOXELS:,} voxels; enlarge voxel_size")
+        return self
+
+
+@cache
+def _shipped(name: str) -> Workspace:
+    return _read(DATA / f"{name}.yaml")
+
+
+def _read(path: Path) -> Workspace:
+    try:
+        text = read_text(path)
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"Cannot read the workspace file {path}: {error}.") from None
+    content = parse_plain_yaml(
+        text, str(path), "workspace", _MAX_BYTES, f"Compare it with a shipped one: {EXAMPLE}"
+    )
+    try:
+        entry = _WorkspaceFile.model_validate(content)
+    except ValidationError as error:
+        raise InputError(
+            f"{path} is not a valid workspace file:\n{explain_faults(error)}\nCompare it with a shipped one: {EXAMPLE}."
+        ) from None
+    bin_, region = entry.bin, entry.region
+    workspace = Workspace(
+        table=Box("table", entry.table.center, entry.table.size),
+        bin=Bin(bin_.floor_center, bin_.inner_size, bin_.wall),
+        camera=entry.camera.mount(),
+        grid=VoxelGrid(np.array(region.origin), region.voxel_size, region.shape),
+        drop_position=bin_.drop_position,
+        obstacles=tuple(Box(o.name, o.center, o.size) for o in entry.obstacles),
+        name=entry.name,
+        # A file without a room is what it was before there were any.
+        source=fingerprint(entry.model_dump(exclude=set() if entry.room else {"room"})),
+        room=None if entry.room is None else entry.room.room(),
+    )
+    if found := faults(workspace):
+        listed = "".join(f"\n  {fault}" for fault in found)
+        raise InputError(
+            f"{path} is not a valid workspace file:{listed}\nCompare it with a shipped one: {EXAMPLE}."
+        )
+    return workspace
