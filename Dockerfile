@@ -7,7 +7,9 @@ RUN apt-get update \
 
 COPY pyproject.toml constraints.txt README.md LICENSE /src/
 COPY src /src/src
-RUN pip install --no-cache-dir --only-binary :all: -c /src/constraints.txt "/src[pages,import]"
+COPY packages /src/packages
+RUN pip install --no-cache-dir --only-binary :all: -c /src/constraints.txt "/src[pages,import,lab,networks,next-object]" \
+        /src/packages/torc-lab /src/packages/torc-networks /src/packages/torc-next-object
 
 # Compiled kernels are cached beside the package, or here where that is read-only.
 ENV NUMBA_CACHE_DIR=/var/cache/torc

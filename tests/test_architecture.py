@@ -15,12 +15,11 @@ import torc
 
 ORDER = [
     "errors",
+    "satellites",
     "io",
     "registry",
     "processes",
     "interrupts",
-    "networks",
-    "ros",
     "records",
     "geometry",
     "robots",
@@ -38,17 +37,14 @@ ORDER = [
     "specs",
     "pipeline",
     "cameras",
-    "serving",
     "brain",
     # Nothing that decides knows the simulation.
     "sim",
     "episode",
     "oracle",
-    "lab",
     "gym_env",
     "exports",
     "generation",
-    "next_object",
     "benchmark",
     "verbs",
     "web",
@@ -60,6 +56,10 @@ ROOT = Path(torc.__file__).parent
 TYPES_ALONE = ROOT / "registry" / "context.py"
 """Its imports for type checkers may point down: it names the types of everything that parts are given."""
 MODULES = sorted(p for p in ROOT.rglob("*.py") if "testing" not in p.parts)
+CHECKOUT = Path(__file__).parents[1]
+SATELLITES = sorted((CHECKOUT / "packages").glob("*/src/*"))
+EVERYWHERE = [*ROOT.rglob("*.py"), *(p for satellite in SATELLITES for p in satellite.rglob("*.py"))]
+TESTS = [p for p in (CHECKOUT / "tests", *(CHECKOUT / "packages").glob("*/tests")) for p in p.rglob("*.py")]
 
 
 @cache
@@ -79,12 +79,15 @@ def _imported(path):
 
 
 def _package(path):
-    return path.relative_to(ROOT).parts[0].removesuffix(".py")
+    """The package of torc in which a module lies; the satellite, for those of satellites."""
+    if path.is_relative_to(ROOT):
+        return path.relative_to(ROOT).parts[0].removesuffix(".py")
+    return next(satellite.name for satellite in SATELLITES if path.is_relative_to(satellite))
 
 
 def test_no_two_test_files_have_the_same_name():
     """pytest imports them by their file names alone."""
-    names = Counter(p.name for p in Path(__file__).parent.rglob("*.py") if p.name != "conftest.py")
+    names = Counter(p.name for p in TESTS if p.name != "conftest.py")
     assert [name for name, count in names.items() if count > 1] == []
 
 
@@ -105,13 +108,16 @@ def test_imports_point_to_earlier_packages(path):
 
 
 def test_nothing_installed_imports_what_is_not():
-    roots = {name.split(".")[0] for path in ROOT.rglob("*.py") for name in _imported(path)}
+    roots = {name.split(".")[0] for path in EVERYWHERE for name in _imported(path)}
     assert not roots & {"benchmarks", "tests", "tools"}
 
 
 def test_no_modules_import_each_other_in_a_circle():
     """Not even within functions, where Python would let them."""
     paths = {".".join(p.relative_to(ROOT.parent).with_suffix("").parts): p for p in MODULES}
+    for satellite in SATELLITES:
+        for path in satellite.rglob("*.py"):
+            paths[".".join(path.relative_to(satellite.parent).with_suffix("").parts)] = path
     graph = {}
     for name, path in paths.items():
         if path.name != "__init__.py":
@@ -134,27 +140,27 @@ def test_no_modules_import_each_other_in_a_circle():
         ("starlette", "web"),
         ("uvicorn", "web"),
         ("gymnasium", "gym_env"),
-        ("pyarrow", "benchmark exports next_object"),
-        ("inspect_ai", "next_object"),
-        ("datasets", "next_object"),
-        ("vlmeval", "next_object"),
-        ("anyio", "next_object"),
-        ("pyrealsense2", "cameras"),
-        ("pyzed", "cameras"),
-        ("websockets", "ros lab"),
-        ("pymodbus", "lab"),
-        ("rtde_control", "lab"),
-        ("rtde_receive", "lab"),
-        ("zmq", "networks"),
-        ("msgpack", "networks"),
-        ("torch", "perception"),
-        ("torchvision", "perception"),
-        ("transformers", "perception"),
+        ("pyarrow", "benchmark exports torc_next_object"),
+        ("inspect_ai", "torc_next_object"),
+        ("datasets", "torc_next_object"),
+        ("vlmeval", "torc_next_object"),
+        ("anyio", "torc_next_object"),
+        ("pyrealsense2", "torc_lab"),
+        ("pyzed", "torc_lab"),
+        ("websockets", "torc_lab"),
+        ("pymodbus", "torc_lab"),
+        ("rtde_control", "torc_lab"),
+        ("rtde_receive", "torc_lab"),
+        ("zmq", "torc_networks"),
+        ("msgpack", "torc_networks"),
+        ("torch", "torc_networks"),
+        ("torchvision", "torc_networks"),
+        ("transformers", "torc_networks"),
         ("onnx", ""),
     ],
 )
 def test_extras_are_imported_only_where_they_are_used(library, package):
-    users = {_package(p) for p in MODULES if any(n.split(".")[0] == library for n in _imported(p))}
+    users = {_package(p) for p in EVERYWHERE if any(n.split(".")[0] == library for n in _imported(p))}
     assert users <= set(package.split())
 
 
@@ -162,16 +168,8 @@ def test_extras_are_imported_only_where_they_are_used(library, package):
     ("module", "libraries"),
     [
         ("torc", {"numpy", "mujoco", "numba", "torch", "transformers"}),
-        ("torc.networks.client", {"zmq", "msgpack"}),
-        # It runs in the environment of somebody's network.
-        ("torc.networks.server", {"zmq", "msgpack", "scipy", "numba", "cv2", "mujoco", "pydantic"}),
-        ("torc.perception.sam.perception", {"torch", "torchvision", "transformers", "onnxruntime"}),
         ("torc.objects.importing", {"trimesh", "coacd", "fast_simplification"}),
         ("torc.benchmark.report.writing", {"matplotlib", "pyarrow"}),
-        ("torc.cameras.kinds", {"pyrealsense2", "pyzed", "websockets"}),
-        ("torc.cameras.ros", {"websockets"}),
-        ("torc.lab.robotiq.wires", {"pymodbus", "serial"}),
-        ("torc.lab.ur.arm", {"rtde_control", "rtde_receive"}),
     ],
 )
 def test_importing_a_module_needs_none_of_these_libraries(module, libraries):
@@ -181,14 +179,14 @@ def test_importing_a_module_needs_none_of_these_libraries(module, libraries):
 
 
 def _functions():
-    for path in ROOT.rglob("*.py"):
+    for path in EVERYWHERE:
         for node in ast.walk(ast.parse(path.read_text())):
             if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
                 # numba types its kernels, and extensions of its own, by itself.
                 kernel = any(
                     "njit" in ast.unparse(d) or "overload" in ast.unparse(d) for d in node.decorator_list
                 )
-                yield path.relative_to(ROOT).as_posix(), node, kernel
+                yield path.as_posix(), node, kernel
 
 
 def test_only_compiled_kernels_have_no_types():

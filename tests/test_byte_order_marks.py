@@ -1,6 +1,5 @@
 """Windows editors begin UTF-8 files with a byte-order mark: every file that a user writes is read with one."""
 
-import json
 import shutil
 from importlib.resources import files
 
@@ -8,11 +7,7 @@ import pytest
 
 from tests.helpers.fake_trial import play_fake_trial
 from torc.benchmark.reading import read_table
-from torc.cli.next_object import read_replies
 from torc.episode.recorded import read_trial
-from torc.lab.lab_file import example_labs, load_lab
-from torc.next_object.asking.recorded_replies import RecordedReply, ReplyFile
-from torc.next_object.making.known_values import KnownValues
 from torc.pipeline.planners import make_planner
 from torc.problems.problem import load_problem, problem_text
 from torc.robots.loading import load_robot
@@ -29,13 +24,11 @@ def marked(path, text):
     return path
 
 
-def test_workspaces_problems_and_lab_files(tmp_path):
+def test_workspaces_and_problems(tmp_path):
     path = marked(tmp_path / "own.yaml", EXAMPLE.read_text(encoding="utf-8"))
     assert load_workspace(path).name == load_workspace("paper").name
     problem = load_problem("structured-01")
     assert load_problem(str(marked(tmp_path / "problem.yaml", problem_text(problem)))).name == problem.name
-    pytest.importorskip("websockets")
-    assert load_lab(marked(tmp_path / "lab.yaml", example_labs()["ur5e-ros2"])).name == "ur5e-ros2"
 
 
 def test_robots(tmp_path):
@@ -54,20 +47,6 @@ def test_results_of_trials(tmp_path):
         marked(directory / name, (directory / name).read_text(encoding="utf-8"))
     assert read_trial(directory).picks == before.picks
     assert read_table(tmp_path).rows == row
-
-
-def test_files_of_the_data_set(tmp_path):
-    line = json.dumps({"id": "a", "reply": "Answer: 1", "values": {"1": [2.0, 1.0, 3.0]}}) + "\n"
-    path = marked(tmp_path / "replies.jsonl", line)
-    assert read_replies(path) == {"a": "Answer: 1"}
-    known = KnownValues(path).get("a")
-    assert known is not None
-    assert known[1].mean == 2.0
-    (tmp_path / "run").mkdir()
-    ReplyFile(tmp_path / "run").add(RecordedReply("b", "Answer: 2"))
-    written = tmp_path / "run" / "replies.jsonl"
-    marked(written, written.read_text(encoding="utf-8"))
-    assert ReplyFile(tmp_path / "run").found["b"].text == "Answer: 2"
 
 
 @pytest.mark.parametrize("name", ["vlm-grasps-1.txt", "vlm-grasps-3.yaml"])

@@ -12,15 +12,7 @@ from tests.test_architecture import ORDER
 from tools import extension_points
 from torc.cli.experiments import read_experiment
 from torc.cli.main import parse
-from torc.lab.kinds import ARM_DRIVERS, GRIPPER_DRIVERS
-from torc.lab.protocols import (
-    ArmDriver,
-    ArmStatus,
-    GripperDriver,
-    NeedsActivation,
-    PowersServos,
-    SeesOtherJoints,
-)
+from torc.errors import MissingDependencyError
 from torc.perception.from_masks import Masks
 from torc.pipeline import warm_up
 from torc.pipeline.frames import forms
@@ -28,7 +20,7 @@ from torc.pipeline.planners import is_reference
 from torc.problems.problem import parse_problem
 from torc.records import GraspSet, GraspStatus, PickResult, PlanningContext, Trajectory
 from torc.records.graph import EdgeKind
-from torc.registry.kinds import CAMERAS, STAGES, TASK_PLANNERS
+from torc.registry.kinds import ARM_DRIVERS, CAMERAS, GRIPPER_DRIVERS, STAGES, TASK_PLANNERS
 from torc.registry.loading import load_part, shipped_paths
 from torc.registry.settings import config_class
 from torc.robots import schema
@@ -66,7 +58,7 @@ def _anchors(page):
 
 
 def test_messages_name_pages_that_exist():
-    for folder in ("src", "tools", "benchmarks", "servers", "examples"):
+    for folder in ("src", "packages", "tools", "benchmarks", "examples"):
         for path in sorted((ROOT / folder).rglob("*")):
             if path.suffix in (".py", ".yaml", ".ipynb"):
                 for name in re.findall(r"\b(?:docs|results)/[\w/-]+\.md", path.read_text()):
@@ -90,6 +82,8 @@ def test_commands_are_understood(page):
     for line in _commands(page.read_text()):
         try:
             parse(shlex.split(line)[1:])
+        except MissingDependencyError:
+            pass  # a command of a satellite, which is not installed
         except SystemExit:
             pytest.fail(f"{page.name}: {line}")
 
@@ -185,15 +179,6 @@ def test_the_page_on_cameras_names_every_camera_and_its_settings(name):
     assert named == {f.name for f in fields(config)}
 
 
-@pytest.mark.parametrize("kind", [ARM_DRIVERS, GRIPPER_DRIVERS], ids=lambda kind: kind.what)
-def test_the_page_on_the_laboratory_names_every_driver_and_its_settings(kind):
-    text = (ROOT / "docs" / "laboratory.md").read_text()
-    for name in shipped_paths(kind):
-        assert f"| `{name}` |" in text
-        settings = {f.name for f in fields(config_class(load_part(kind, name)))}
-        assert {s for s in settings if f"`{s}`" not in text} == set()
-
-
 @pytest.mark.long
 def test_the_robot_on_the_page_works(beside_the_examples, capsys):
     for name, language in (("my_robot.yaml", "yaml"), ("my_robot.xml", "xml")):
@@ -236,11 +221,9 @@ def test_the_code_on_the_page_on_extending_runs(beside_the_examples, capsys):
     assert name == "structured-01-dg-select-blob_perception.Blobs-0"
 
 
-def test_the_page_on_extending_names_every_member_of_the_drivers_and_every_group():
+def test_the_page_on_extending_names_every_member_and_every_group():
     text = (ROOT / "docs" / "extending.md").read_text()
-    protocols = (ArmDriver, PowersServos, SeesOtherJoints, GripperDriver, NeedsActivation)
-    words = {m for p in protocols for part in p.__mro__ for m in vars(part) if not m.startswith("_")}
-    words |= {field.name for record in (ArmStatus, Masks, GraspSet, Trajectory) for field in fields(record)}
+    words = {field.name for record in (Masks, GraspSet, Trajectory) for field in fields(record)}
     assert {w for w in words if not re.search(rf"`(\w+\()?{w}\b", text)} == set()
     kinds = (*STAGES.values(), TASK_PLANNERS, ARM_DRIVERS, GRIPPER_DRIVERS)
     assert {kind.group for kind in kinds if f"`{kind.group}`" not in text} == set()

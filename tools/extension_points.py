@@ -5,6 +5,7 @@ from pathlib import Path
 
 from torc.registry.kinds import KINDS, declarable
 from torc.registry.loading import shipped_paths
+from torc.satellites import SATELLITES
 
 PAGE = Path(__file__).parents[1] / "docs" / "extending.md"
 _BLOCK = re.compile(r"(<!-- extension points -->\n).*?(<!-- end -->)", re.DOTALL)
@@ -16,9 +17,12 @@ def table() -> str:
     rows = [f"| {' | '.join(heads)} |", "|---" * len(heads) + "|"]
     for kind in KINDS:
         chosen = f"`{kind.option}: driver:` in a lab file" if kind.in_file else f"`--{kind.option}`"
-        shipped = ", ".join(f"`{name}`" for name in shipped_paths(kind))
+        names = [f"`{name}`" for name in shipped_paths(kind)]
+        names += [f"`{name}` ({s.package})" for s in SATELLITES for name in s.parts.get(kind.group, ())]
+        shipped = ", ".join(names)
         declared = ", ".join(f"`{name}`" for name in declarable(kind.base))
         suite = f"`{kind.suite}`" if kind.suite else ""
+        suite += " of `torc_lab.testing`" if suite and kind.in_file else ""
         rows.append(f"| {kind.what} | {chosen} | {shipped} | `{kind.call}` | {declared} | {suite} |")
     return "\n".join(rows) + "\n"
 

@@ -2,17 +2,17 @@
 
 import json
 import shutil
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from tests.helpers.fake_bench import InlineBackend, fake_spec, play_quickly
+from tests.helpers.fake_bench import InlineBackend, fake_spec, made_up_table, play_quickly
 from torc.benchmark.local_pool import Failure, FailureKind
 from torc.benchmark.manifest import begin_call
 from torc.benchmark.playing import run_missing
-from torc.benchmark.rows import PickRow, Table, TrialRow
+from torc.benchmark.rows import Table
 from torc.benchmark.store import Store
 from torc.objects.library import load_object
 from torc.objects.models import ObjectModel
@@ -45,20 +45,7 @@ def played(tmp_path_factory) -> Path:
 
 @pytest.fixture(scope="session")
 def made_up() -> Callable[..., Table]:
-    """A table from lists of picks by planner: `made_up(a=[[3, 4], [2, 15]])`, a list per problem; 15 is a failure."""
-
-    def make(
-        drops: Sequence[str] = (), references: Sequence[str] = (), **picks: Sequence[Sequence[int]]
-    ) -> Table:
-        rows = []
-        for planner, problems in sorted(picks.items()):
-            for i, seeds in enumerate(problems):
-                for seed, n in enumerate(seeds):
-                    row = _row(planner, i, seed, n, dropped=planner in drops)
-                    rows.append(replace(row, participant=planner not in references))
-        return Table(Path("x"), tuple(rows))
-
-    return make
+    return made_up_table
 
 
 @pytest.fixture
@@ -70,13 +57,3 @@ def own_problem(tmp_path, monkeypatch) -> tuple[Problem, ObjectModel]:
     problem = load_problem("structured-04")
     first, *others = problem.objects
     return replace(problem, name="with-mine", objects=(replace(first, model="my_mug"), *others)), mine
-
-
-def _row(planner: str, problem: int, seed: int, picks: int, dropped: bool) -> TrialRow:
-    got = picks < 15
-    pick = PickRow(0, "retrieved" if got else "missed", 0, 1, 0.01, 0.3, 0.1, 7.0, 0, got, None, "")
-    facts = {"retrieved": got, "held_target": got, "end": "retrieved" if got else "budget spent"}
-    facts |= {"picks": picks, "drops": int(dropped), "picked": (pick,)}
-    place = "", Path(f"x/{planner}{problem}{seed}"), f"p{problem:02d}"
-    category = "structured" if problem % 2 else "unstructured"
-    return TrialRow(*place, category, planner, seed, "completed", **facts)

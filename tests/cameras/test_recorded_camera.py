@@ -4,14 +4,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from camera_scenes import COLOR, POSE, seen
 
 from torc.cameras.recorded import RecordedCamera, RecordedConfig, find_frames
 from torc.errors import CameraError, InputError
+from torc.geometry.transforms import look_at
 from torc.pipeline.frames import save_observation
 from torc.testing.camera_conformance import check_camera
+from torc.testing.contexts import box
+from torc.testing.synthetic import synthetic_observation
+from torc.workspace.description import CameraMount
 
-SEEN = seen(COLOR, POSE)
+POSE = look_at((0.05, -0.1, 1.55), (0.64, -0.1, 1.08))
+SEEN = synthetic_observation(
+    [box(0, 0.62, 0.0, (0.06, 0.06, 0.10)), box(1, 0.60, -0.2, (0.08, 0.06, 0.12))],
+    CameraMount(POSE, 320, 240, 0.96),
+)
 
 
 @pytest.fixture

@@ -17,17 +17,3 @@ def frame(tmp_path):
     arrays = {"rgb": o.rgb, "depth_m": o.depth_m, "K": o.K, "T_world_camera": o.T_world_camera}
     np.savez(tmp_path / "frame.npz", **arrays, labels=o.label_image + 1, target=1)
     return tmp_path / "frame.npz"
-
-
-@pytest.fixture
-def theirs(tmp_path, monkeypatch):
-    """Writes a class of somebody's with that method; returns its name."""
-
-    def write(method, code):
-        module = f"part_{abs(hash((method, code)))}"
-        lines = ["class Theirs:", "    name = 'theirs'", f"    def {method}:", f"        {code}"]
-        (tmp_path / f"{module}.py").write_text("\n".join(lines) + "\n")
-        monkeypatch.syspath_prepend(tmp_path)
-        return f"{module}:Theirs"
-
-    return write

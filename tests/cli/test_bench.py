@@ -7,9 +7,9 @@ import shutil
 from itertools import product
 
 import pytest
-from torc_command import run_torc
 
 from tests.helpers.fake_bench import InlineBackend, play_quickly
+from tests.helpers.torc_command import run_torc
 from torc.benchmark.local_pool import Failure, FailureKind
 from torc.benchmark.manifest import calls
 from torc.benchmark.playing import play

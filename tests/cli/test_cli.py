@@ -7,10 +7,10 @@ import subprocess
 import sys
 
 import pytest
-from torc_command import run_torc
 
 import torc
 from tests.helpers.marks import long
+from tests.helpers.torc_command import run_torc
 from torc.cli.commands import Group
 from torc.cli.doctor import DoctorCommand
 from torc.cli.main import TORC

@@ -6,9 +6,9 @@ import re
 import numpy as np
 import pytest
 from PIL import Image
-from torc_command import run_torc
 
 from tests.helpers.fake_vlm import ScriptedVlm
+from tests.helpers.torc_command import run_torc
 from torc.testing.contexts import box
 from torc.testing.synthetic import synthetic_observation
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import trimesh
 from PIL import Image
-from torc_command import run_torc
 
+from tests.helpers.torc_command import run_torc
 from torc.cli import object_sheet
 from torc.cli.object_sheet import SheetCommand
 from torc.objects.library import builtin_object_names, load_object

@@ -5,8 +5,8 @@ from functools import partial
 
 import pytest
 from PIL import Image
-from torc_command import run_torc
 
+from tests.helpers.torc_command import run_torc
 from torc.generation import gallery
 from torc.generation.config import Hiddenness
 from torc.generation.inspection import Difficulty

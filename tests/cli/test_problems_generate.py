@@ -5,10 +5,10 @@ from dataclasses import replace
 from functools import partial
 
 import pytest
-from torc_command import run_torc
 
 from tests.helpers.graspclutter6d_tree import upright, write_tree
 from tests.helpers.plain_mesh_reader import read_plain_mesh
+from tests.helpers.torc_command import run_torc
 from torc.generation import generator, validation
 from torc.generation.config import Hiddenness, Reason
 from torc.generation.generator import GeneratedProblem, NotGenerated

@@ -5,8 +5,8 @@ import json
 import numpy as np
 import pytest
 from PIL import Image
-from torc_command import run_torc
 
+from tests.helpers.torc_command import run_torc
 from torc.robots.loading import robot_file
 from torc.robots.names import DATA, robot_names
 

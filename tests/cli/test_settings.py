@@ -3,10 +3,10 @@
 import json
 
 import pytest
-from torc_command import run_torc
 
 from tests.helpers.fake_episode import ScriptedPlanner
 from tests.helpers.fake_trial import play_fake_trial
+from tests.helpers.torc_command import run_torc
 from torc.cli.bench import BenchCommand
 from torc.cli.experiments import read_experiment
 from torc.cli.main import parse

@@ -10,9 +10,9 @@ from contextlib import contextmanager
 from types import SimpleNamespace
 
 import pytest
-from torc_command import run_torc
 
 from tests.helpers.fake_trial import play_fake_trial
+from tests.helpers.torc_command import run_torc
 from torc.pipeline.frames import save_observation
 from torc.pipeline.planners import make_planner
 from torc.specs.trial import TrialSpec

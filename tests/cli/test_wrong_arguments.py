@@ -4,7 +4,8 @@ import json
 import shlex
 
 import pytest
-from torc_command import run_torc
+
+from tests.helpers.torc_command import run_torc
 
 NAMED = "a" * 5000
 CASES = [

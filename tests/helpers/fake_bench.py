@@ -9,7 +9,7 @@ import json
 import os
 import sys
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
@@ -21,6 +21,7 @@ import numpy as np
 from torc.benchmark.local_pool import Backend, Ending, Failure, FailureKind, LocalPool, PoolConfig, Task, Work
 from torc.benchmark.playing import Order, run_missing
 from torc.benchmark.ray_pool import ray_pool
+from torc.benchmark.rows import PickRow, Table, TrialRow
 from torc.benchmark.spec import Around, BenchPlanner, BenchProblem, BenchSpec, make_spec
 from torc.benchmark.store import TRIAL, Store
 from torc.episode.log import RESULT_FORMAT
@@ -146,6 +147,29 @@ def main(arguments: list[str]) -> None:
             work = partial(play_slowly, seconds=1.0)
             print(_own_node(), flush=True)
         run_missing(store, spec, backend, work=work)
+
+
+def made_up_table(
+    drops: Sequence[str] = (), references: Sequence[str] = (), **picks: Sequence[Sequence[int]]
+) -> Table:
+    """A table from lists of picks by planner: `made_up_table(a=[[3, 4], [2, 15]])`, a list per problem; 15 fails."""
+    rows = []
+    for planner, problems in sorted(picks.items()):
+        for i, seeds in enumerate(problems):
+            for seed, n in enumerate(seeds):
+                row = _row(planner, i, seed, n, dropped=planner in drops)
+                rows.append(replace(row, participant=planner not in references))
+    return Table(Path("x"), tuple(rows))
+
+
+def _row(planner: str, problem: int, seed: int, picks: int, dropped: bool) -> TrialRow:
+    got = picks < 15
+    pick = PickRow(0, "retrieved" if got else "missed", 0, 1, 0.01, 0.3, 0.1, 7.0, 0, got, None, "")
+    facts = {"retrieved": got, "held_target": got, "end": "retrieved" if got else "budget spent"}
+    facts |= {"picks": picks, "drops": int(dropped), "picked": (pick,)}
+    place = "", Path(f"x/{planner}{problem}{seed}"), f"p{problem:02d}"
+    category = "structured" if problem % 2 else "unstructured"
+    return TrialRow(*place, category, planner, seed, "completed", **facts)
 
 
 if __name__ == "__main__":

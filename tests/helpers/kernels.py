@@ -8,7 +8,7 @@ from numba.core.registry import CPUDispatcher
 
 import torc
 
-_NONE = ("torc.testing.", "torc.cli.", "torc.next_object.")
+_NONE = ("torc.testing.", "torc.cli.")
 """They have none, and some need what is not installed here."""
 
 

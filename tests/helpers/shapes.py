@@ -24,7 +24,7 @@ def check_annotations() -> None:
 
 class _Finder(MetaPathFinder):
     def find_spec(self, name: str, path: Any, target: Any = None) -> Any:
-        if not name.startswith("torc."):
+        if not name.startswith(("torc.", "torc_")):
             return None
         spec = importlib.machinery.PathFinder.find_spec(name, path, target)
         if spec is not None and isinstance(spec.loader, importlib.machinery.SourceFileLoader):

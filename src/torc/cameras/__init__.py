@@ -1,4 +1,1 @@
-"""Real cameras: each is a part of the stage `camera`, opened when its first picture is asked for.
-
-A camera's library is imported only by the module that speaks to it.
-"""
+"""The camera that plays recorded frames; device cameras come with torc-lab."""

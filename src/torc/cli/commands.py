@@ -40,7 +40,7 @@ class Group:
     """
 
     about: str
-    commands: Mapping[str, tuple[str, "type[Any] | Group | str"]]
+    commands: Mapping[str, "Entry"]
     more: str = ""
 
     def command(self, name: str) -> "type[Any] | Group":
@@ -56,6 +56,10 @@ class Group:
         return "\n".join(
             [f"usage: {prog} COMMAND ...\n", filled(self.about), *lines, "", filled(more).rstrip()]
         )
+
+
+Entry = tuple[str, type[Any] | Group | str]
+"""A command's line of help, and the command. An entry point of the group `torc.commands` names one."""
 
 
 def parse_command(command: "type[Any] | Group", prog: str, arguments: Sequence[str]) -> Runnable:
@@ -113,7 +117,7 @@ def _choices(options: Collection[str]) -> Iterator[str]:
             places = [f"`driver` of `{kind.option}` in the lab file"] if "lab" in options else []
         for place in places:
             lines = part_lines(kind)
-            width = max(map(len, lines))
+            width = max(map(len, lines), default=0)
             yield _wrapped(f"{place}: one of these, or your own as module:Class or path/to/file.py:Class")
             yield from (_wrapped(line, f"  {name:<{width}}  ") for name, line in lines.items())
 

@@ -6,13 +6,16 @@ A command is imported when it is used, and the working parts within it, so that 
 import io
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, cast
 
 import torc
-from torc.cli.commands import Group, Runnable, parse_command
+from torc.cli.commands import Entry, Group, Runnable, parse_command
 from torc.cli.printing import tell
 from torc.errors import InputError, TorcError
 from torc.interrupts import ended_like_ctrl_c
+from torc.satellites import SATELLITES, not_installed, satellite_of_command
 
 TORC = Group(
     "Find and retrieve one object from clutter, one pick after another.",
@@ -20,32 +23,22 @@ TORC = Group(
         "run": ("one retrieval in simulation, with pictures", "torc.cli.run:RunCommand"),
         "bench": ("task planners against each other on many problems", "torc.cli.bench:BenchCommand"),
         "report": ("which of them is best: a page, figures, tables", "torc.cli.report:ReportCommand"),
-        "vlm-eval": (
-            "how well a VLM chooses objects, on recorded decisions",
-            "torc.cli.vlm_eval:VlmEvalCommand",
-        ),
         "human": ("choose the objects yourself, in a browser", "torc.cli.human:HumanCommand"),
         "view": ("look at recorded trials, pick by pick, in a browser", "torc.cli.view:ViewCommand"),
         "export": ("recorded trials as data to train on", "torc.cli.export:ExportCommand"),
-        "next-object": (
-            "which object first: a data set, scored without a simulator",
-            "torc.cli.next_object:NEXT_OBJECT",
-        ),
         "decide": ("only the decision, for your own camera's frame", "torc.cli.decide:DecideCommand"),
-        "retrieve": ("one retrieval with a real robot, or its twin", "torc.cli.retrieve:RetrieveCommand"),
-        "lab": ("real arm, gripper and camera; twins to rehearse with", "torc.cli.lab:LAB"),
         "perception": ("how well objects are found in pictures", "torc.cli.perception:PERCEPTION"),
-        "camera": ("real cameras: list, show, record what they see", "torc.cli.camera:CAMERA"),
         "problems": ("problems to play: list, make, check, solve them", "torc.cli.problems:PROBLEMS"),
         "objects": ("what can lie on the table; import adds your meshes", "torc.cli.objects:OBJECTS"),
         "robots": ("robots: list them, try one of your own", "torc.cli.robots:ROBOTS"),
-        "serve": ("torc's own parts as a server, in place of neural networks", "torc.cli.serve:ServeCommand"),
         "warm-up": ("compile all kernels once, so that no later run waits", "torc.cli.warm_up:WarmUpCommand"),
         "settings": ("what can be set in each stage", "torc.cli.settings:SettingsCommand"),
         "doctor": ("what is missing on this machine, and how to get it", "torc.cli.doctor:DoctorCommand"),
     },
     "Begin with `torc run`. `torc --version` says which version this is.",
 )
+COMMANDS = "torc.commands"
+"""Group of the entry points by which packages add commands: each names an `Entry`."""
 _READER_GONE = 141
 """128 + SIGPIPE, as shells give it for tools that the signal ends."""
 _NO_CACHE = (
@@ -74,7 +67,47 @@ def main(arguments: list[str] | None = None) -> None:
 
 def parse(arguments: Sequence[str]) -> Runnable:
     """The command that a command line means. Exits the process with a message where it means none."""
-    return parse_command(TORC, "torc", arguments)
+    name = arguments[0] if arguments else ""
+    if name in TORC.commands:
+        return parse_command(TORC, "torc", arguments)
+    # Asking all installed packages takes 15 ms, which commands of torc itself need not wait for.
+    from torc.registry.loading import load_object, registered
+
+    added = registered(COMMANDS)
+    if name in added:
+        line, command = _entry(name, added[name])
+        if isinstance(command, str):
+            command = load_object(f"The command '{name}'", command)
+        return parse_command(Group("", {name: (line, command)}), "torc", arguments)
+    if owner := satellite_of_command(name):
+        raise not_installed(f"`torc {name}`", owner)
+    return parse_command(_with_added(added), "torc", arguments)
+
+
+def _entry(name: str, load: Callable[[], Any]) -> Entry:
+    """Load a command that a package registered. Raises InputError."""
+    entry = load()
+    if isinstance(entry, tuple) and len(entry) == 2 and isinstance(entry[1], type | Group | str):
+        return cast(Entry, entry)
+    raise InputError(
+        f"The command '{name}' must be registered as a pair: its line of help, and a class or a Group."
+    )
+
+
+def _with_added(added: Mapping[str, Callable[[], Any]]) -> Group:
+    """Return the table with the commands of installed packages, and a line on those that could be installed."""
+    entries: dict[str, Entry] = {}
+    for name, load in added.items():
+        if name in TORC.commands:
+            continue
+        try:
+            entries[name] = _entry(name, load)
+        except InputError as error:
+            entries[name] = str(error), Group("", {})
+    missing = [s for s in SATELLITES if not {*s.commands} & {*added}]
+    more = "; ".join(f"{', '.join(s.commands)} (scripts/setup {s.extra})" for s in missing)
+    more = f"Not installed: {more}.\n\n" if more else ""
+    return replace(TORC, commands={**TORC.commands, **entries}, more=more + TORC.more)
 
 
 def _run(arguments: list[str]) -> str | int | None:

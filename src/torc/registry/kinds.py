@@ -116,7 +116,7 @@ class Kind(Generic[T]):
         folder: the folder of shipped parts below `torc.parts`; with "torc." before it, the group of entry points.
         call: the method that every part has, with its arguments.
         base: the traits that a part may declare.
-        suite: the conformance suite in `torc.testing`; "" if there is none.
+        suite: the conformance suite in `torc.testing`, or torc-lab's for drivers; "" if there is none.
         in_file: its settings are entries of a lab file and not options.
     """
 

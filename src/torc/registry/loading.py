@@ -6,11 +6,11 @@ import ast
 import os
 import sys
 import traceback
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from functools import cache
+from functools import cache, partial
 from importlib import import_module
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoint, entry_points
 from importlib.util import find_spec, module_from_spec, spec_from_file_location
 from pathlib import Path, PurePath
 from types import ModuleType
@@ -21,6 +21,7 @@ from torc.io.digests import fingerprint
 from torc.registry.context import BuildContext, signature_of
 from torc.registry.kinds import FOLDERS, KINDS, Kind, declarable
 from torc.registry.settings import arguments
+from torc.satellites import not_installed, satellite_of_part
 
 PART = "PART"
 """What a file in a folder of parts calls its class."""
@@ -95,6 +96,8 @@ def load_part(kind: Kind[Any], name: str) -> Any:
     # Asking all installed packages takes 15 ms, and a trial makes a dozen parts.
     shipped = shipped_paths(kind)
     known = shipped if name in shipped else part_paths(kind)
+    if name not in known and (satellite := satellite_of_part(kind.group, name)):
+        raise not_installed(f"{kind.title} '{name}'", satellite, satellite.parts[kind.group][name])
     if name not in known and ":" not in name:
         raise unknown_part(kind, name, known)
     return load_path(f"{kind.title} '{name}'", known.get(name, name))
@@ -105,6 +108,14 @@ def load_path(what: str, path: str) -> Any:
 
     Raises InputError.
     """
+    found = load_object(what, path)
+    if not callable(found):
+        raise InputError(f"{what} is a {type(found).__name__}, not a class.")
+    return found
+
+
+def load_object(what: str, path: str) -> Any:
+    """Return anything at such a path. Raises InputError."""
     module_name, _, attribute = path.partition(":")
     if not module_name or not attribute:
         raise InputError(f"{what} must be written module:Class, e.g. my_package.my_module:MyClass.")
@@ -126,8 +137,6 @@ def load_path(what: str, path: str) -> Any:
     except (Exception, SystemExit) as error:  # a stranger's code may fail in any way
         failed = f"importing {module_name} failed with {type(error).__name__}: {error}."
         raise InputError(f"{what}: {failed}") from error
-    if not callable(found):
-        raise InputError(f"{what} is a {type(found).__name__}, not a class.")
     return found
 
 
@@ -165,6 +174,25 @@ def part_lines(kind: Kind[Any]) -> dict[str, str]:
 def kinds_of(name: str) -> list[Kind[Any]]:
     """Return the kinds that have a part of that name."""
     return [kind for kind in KINDS if name in part_paths(kind)]
+
+
+def registered(group: str) -> dict[str, Callable[[], Any]]:
+    """Return what installed packages registered in a group of entry points: what loads it, by name, in order of names.
+
+    Loading raises InputError for what cannot be imported.
+    """
+    points = sorted(entry_points(group=group), key=lambda point: point.name)
+    return {point.name: partial(_loaded, point) for point in points}
+
+
+def _loaded(point: EntryPoint) -> Any:
+    try:
+        return point.load()
+    except (Exception, SystemExit) as error:  # a stranger's code may fail in any way
+        raise InputError(
+            f"'{point.name}' of an installed package ({point.value}) cannot be imported: {type(error).__name__}: "
+            f"{error}. Repair the package, or uninstall it."
+        ) from error
 
 
 @cache

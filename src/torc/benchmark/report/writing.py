@@ -16,16 +16,18 @@ from torc.benchmark.report.cells import Link, address_of
 from torc.benchmark.report.figures import Picture, draw_all
 from torc.benchmark.report.pages import Section, html_page, markdown_page
 from torc.benchmark.report.ranking import Ranking, rank_on_common_ground
-from torc.benchmark.report.real import real_sections
 from torc.benchmark.report.scores import BOUNDS, give_ups_table, score_summary, scores_table, within_table
 from torc.benchmark.report.tables import sets_table, vlm_table
 from torc.benchmark.report.trials import KEY, failures, openings, trial_board
 from torc.benchmark.rows import Table
 from torc.benchmark.table_files import write_tables
 from torc.episode.viewer_links import REPORT
-from torc.errors import InputError
+from torc.errors import InputError, PartError, extra_remedy
+from torc.registry.loading import blamed, registered
 
 REPORT_FORMAT = "torc-report/1"
+SECTIONS = "torc.report_sections"
+"""Group of the entry points by which packages add sections: each names a function from a `Table` to `Section`s."""
 _FIGURES = "figures"
 _TO_COMMANDS = " Each leads to the command that shows the trial."
 _TO_PICKS = " Where you open this report from the page of this command, each leads to the picks: "
@@ -129,7 +131,7 @@ def _sections(
     return [
         Section("", [tables.ranking_table(ranking.standings, ranking.table, ranking.comparable)]),
         *([Section(references.title, [references])] if references.rows else []),
-        *real_sections(table),
+        *_registered_sections(table),
         Section("The paper's figures, from these trials", pictures, "figures"),
         *(
             Section(t.title, [t], "" if i else "tables")
@@ -145,6 +147,18 @@ def _sections(
             "method",
         ),
     ]
+
+
+def _registered_sections(table: Table) -> list[Section]:
+    """Sections of installed packages, which register functions from the table to a list of them."""
+    sections, makers = [], registered(SECTIONS)
+    for name, load in makers.items():
+        with blamed(f"The report's section '{name}'", PartError, "Repair the package, or uninstall it."):
+            sections += load()(table)
+    if "robot" not in makers and any(row.completed for row in table.on_robot.rows):
+        remedy = f"These trials have tables of their own with torc-lab: {extra_remedy('lab')}."
+        sections.append(Section("Trials on a real robot", [remedy], "robot"))
+    return sections
 
 
 def _origins(table: Table) -> list[str]:

@@ -1,0 +1,141 @@
+"""Where camera and board are, from pictures of the board at known poses of the flange.
+
+The board's pose in each picture comes from all of its corners. Both transforms then come from all views at once, each
+weighed by how well its picture shows the board and by how noisy the arm seems (noisy_arm.py). The error in pixels says
+little: an arm that is off shifts everything. What counts is the error at poses that were left out, in millimetres at
+the board.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from scipy.spatial.transform import Rotation
+
+from torc.geometry.transforms import Pose, invert, transform_points
+from torc_lab.calibration.board import Board
+from torc_lab.calibration.board_views import BoardView, pose_views, reprojection_errors_px
+from torc_lab.calibration.noisy_arm import ArmNoise, Mounting, PoseFit, PoseView, fit_poses, refit
+from torc_lab.protocols import LabError
+
+LEAST_VIEWS = 6
+_LEAST_TURN_RAD, _LEAST_SPREAD_RAD = 0.175, 0.05
+"""From the mean turn to the furthest; standard deviation about the axis that is turned about second most."""
+_WRONG_SCALE, _SURE = 0.01, 4.0
+"""The printer is to blame if the squares are off by 1 %, and by four standard errors: a worn arm shifts them too."""
+_FOLDS = 5
+
+
+@dataclass(frozen=True)
+class HandEye:
+    """A calibration.
+
+    Attributes:
+        T_camera: camera (OpenCV axes) in the base (mounting fixed) or in the flange (hand).
+        T_board: board in the flange (fixed) or in the base (hand).
+        errors_m: per view, how far corners are off on average when that view was left out, at the board, across the
+            line of sight.
+        noise: how far the flange seems to be from where the arm says it is.
+        rms_px: of all corners; None where there were no pictures.
+        scale: of the board that fits best, against what was said: 1.02 means that squares are 2 % larger.
+    """
+
+    mounting: Mounting
+    T_camera: Pose
+    T_board: Pose
+    errors_m: Float[np.ndarray, "v"]
+    noise: ArmNoise
+    scale: float
+    rms_px: float | None = None
+
+    @property
+    def error_m(self) -> float:
+        """The median of `errors_m`."""
+        return float(np.median(self.errors_m))
+
+
+def solve_hand_eye(
+    views: Sequence[BoardView], board: Board, K: Float[np.ndarray, "3 3"], mounting: Mounting
+) -> HandEye:
+    """Raises LabError for views that say too little: too few, turned too little, or about one axis alone; and for a
+    board whose squares are of another size than was said.
+    """
+    check_views([v.T_base_flange for v in views])
+    placed = pose_views(views, board, K)
+    fit = fit_poses(placed, mounting)
+    if abs(fit.scale - 1) > max(_WRONG_SCALE, _SURE * fit.scale_error):
+        raise LabError(
+            f"The board's squares seem to be {1e3 * board.square_m * fit.scale:.2f} mm wide, not "
+            f"{1e3 * board.square_m:.2f} mm. Measure them: printers scale. Then say so."
+        )
+    errors = np.zeros(len(views))
+    for k, poses in _left_out(placed, mounting, fit):
+        errors[k] = error_at(views[k], poses, board, K, mounting)
+    poses = fit.T_camera, fit.T_board
+    off = [
+        reprojection_errors_px(v, board_by(v.T_base_flange, poses, mounting), board, K).ravel() for v in views
+    ]
+    rms_px = float(np.sqrt(2 * np.mean(np.concatenate(off) ** 2)))
+    return HandEye(mounting, *poses, errors, fit.noise, fit.scale, rms_px)
+
+
+def solve_samples(samples: Sequence[PoseView], mounting: Mounting) -> HandEye:
+    """A calibration by poses of a board or marker that somebody else measured; errors are those of its origin.
+
+    Raises LabError for samples that say too little.
+    """
+    check_views([s.T_base_flange for s in samples])
+    fit = fit_poses(samples, mounting)
+    errors = np.zeros(len(samples))
+    for k, poses in _left_out(samples, mounting, fit):
+        there = board_by(samples[k].T_base_flange, poses, mounting)[:3, 3]
+        errors[k] = np.linalg.norm(there - samples[k].T_camera_board[:3, 3])
+    return HandEye(mounting, fit.T_camera, fit.T_board, errors, fit.noise, fit.scale)
+
+
+def check_views(flanges: Sequence[Pose]) -> None:
+    """Raises LabError for poses of the flange that cannot give both transforms."""
+    if len(flanges) < LEAST_VIEWS:
+        raise LabError(
+            f"{len(flanges)} pictures of the board are too few: at least {LEAST_VIEWS}, better 20."
+        )
+    first = flanges[0][:3, :3]
+    turns = np.array([Rotation.from_matrix(first.T @ T[:3, :3]).as_rotvec() for T in flanges])
+    turns -= turns.mean(axis=0)
+    spread = np.linalg.svd(turns, compute_uv=False) / np.sqrt(len(flanges))
+    if np.linalg.norm(turns, axis=1).max() < _LEAST_TURN_RAD or spread[1] < _LEAST_SPREAD_RAD:
+        raise LabError(
+            "The flange was turned too little, or about one axis alone: turn it by 20 to 35 degrees about several."
+        )
+
+
+def error_at(
+    view: BoardView, poses: tuple[Pose, Pose], board: Board, K: Float[np.ndarray, "3 3"], mounting: Mounting
+) -> float:
+    """Mean distance between where corners are by a calibration, and the lines of sight on which they were seen."""
+    T_camera_board = board_by(view.T_base_flange, poses, mounting)
+    in_camera = transform_points(T_camera_board, board.corners[view.corners.ids])
+    rays = np.column_stack([view.corners.pixels, np.ones(len(view.corners.pixels))]) @ np.linalg.inv(K).T
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    along = (in_camera * rays).sum(axis=1, keepdims=True)
+    return float(np.linalg.norm(in_camera - along * rays, axis=1).mean())
+
+
+def board_by(T_base_flange: Pose, poses: tuple[Pose, Pose], mounting: Mounting) -> Pose:
+    """T_camera_board by a calibration's transforms of camera and board."""
+    T_camera, T_board = poses
+    if mounting == "fixed":
+        return np.asarray(invert(T_camera) @ T_base_flange @ T_board)
+    return np.asarray(invert(T_base_flange @ T_camera) @ T_board)
+
+
+def _left_out(
+    views: Sequence[PoseView], mounting: Mounting, fit: PoseFit
+) -> list[tuple[int, tuple[Pose, Pose]]]:
+    """For each view, both transforms as solved without it."""
+    found = []
+    for fold in range(min(_FOLDS, len(views))):
+        poses = refit([v for k, v in enumerate(views) if k % _FOLDS != fold], mounting, fit)
+        found += [(k, poses) for k in range(len(views)) if k % _FOLDS == fold]
+    return found

@@ -1,0 +1,237 @@
+"""Where camera and board are, by poses of the flange that are themselves off.
+
+An error of the flange moves all corners of a picture together, so that pixels alone mislead: an arm that turns the
+board by a quarter of a degree looks like a board of another size. Here each flange has an error of its own, and how
+large those errors are is estimated too. Per view, the flange's error is what is left between the pose that it reports
+and the pose at which the picture shows it; its covariance is that of the picture plus that of the arm. The
+likelihood is Student's t in six dimensions, so that a bad view hardly counts.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Float
+from scipy.optimize import minimize
+from scipy.spatial.transform import Rotation
+
+from torc.geometry.transforms import Pose, invert, make_pose
+from torc_lab.calibration.closed_form import park
+
+Mounting = Literal["fixed", "hand"]
+"""Of the camera: fixed, with the board in the hand; or in the hand, with the board fixed."""
+_FREEDOM = 5.0
+"""Degrees of freedom of Student's t: about 5 % less exact than least squares where no view is bad."""
+_ROUNDS, _SETTLED = 30, 1e-7
+_STEPS, _STEADY_LOG = 3, 0.01
+"""While the noise is still being estimated, to a hundredth, transforms need not settle."""
+_DIFFERENCE = 1e-6
+_LEAST_RAD, _LEAST_M = 1e-6, 1e-6
+_MOST_RAD, _MOST_M = 0.1, 0.1
+_GAUSSIAN = 1.12
+"""A normal distribution is so much wider than the t of five degrees that fits it best in six dimensions."""
+
+
+@dataclass(frozen=True)
+class PoseView:
+    """The board's pose in one picture, and where the arm says that the flange was.
+
+    Attributes:
+        covariance: of the board's pose, in the board's frame: turn (rad), then shift (m).
+    """
+
+    T_base_flange: Pose
+    T_camera_board: Pose
+    covariance: Float[np.ndarray, "6 6"]
+
+
+@dataclass(frozen=True)
+class ArmNoise:
+    """Standard deviations of the flange's errors, about and along each axis."""
+
+    axis_rad: float
+    axis_m: float
+
+    @property
+    def turn_rad(self) -> float:
+        """Root mean square of the whole turn."""
+        return float(np.sqrt(3)) * self.axis_rad
+
+    @property
+    def shift_m(self) -> float:
+        """Root mean square of the whole shift."""
+        return float(np.sqrt(3)) * self.axis_m
+
+
+@dataclass(frozen=True)
+class PoseFit:
+    """Both transforms, the arm's noise, and how the board's scale would change the fit.
+
+    Attributes:
+        scale, scale_error: of the board against what was said, and its standard error.
+    """
+
+    T_camera: Pose
+    T_board: Pose
+    noise: ArmNoise
+    scale: float
+    scale_error: float
+
+
+def fit_poses(views: Sequence[PoseView], mounting: Mounting) -> PoseFit:
+    """Both transforms and the arm's noise, by the largest likelihood."""
+    stack = _Stack.of(views, mounting)
+    numbers, sigmas = _start(views, mounting), np.log([1e-3, 1e-3])
+    numbers, sigmas = _alternate(stack, numbers, sigmas)
+    with_scale, _ = _alternate(stack, np.append(numbers, 0.0), sigmas)
+    noise = ArmNoise(*map(float, _GAUSSIAN * np.exp(sigmas)))
+    T_camera, T_board = transforms(numbers)
+    error = stack.standard_errors(with_scale, sigmas)[12]
+    return PoseFit(T_camera, T_board, noise, float(np.exp(with_scale[12])), float(error))
+
+
+def refit(views: Sequence[PoseView], mounting: Mounting, begin: PoseFit) -> tuple[Pose, Pose]:
+    """Both transforms by some of the views, the arm's noise being known."""
+    numbers = np.concatenate([_numbers(begin.T_camera), _numbers(begin.T_board)])
+    sigmas = np.log([begin.noise.axis_rad / _GAUSSIAN, begin.noise.axis_m / _GAUSSIAN])
+    return transforms(_reweighted(_Stack.of(views, mounting), numbers, sigmas, _ROUNDS))
+
+
+def transforms(numbers: Float[np.ndarray, "n"]) -> tuple[Pose, Pose]:
+    """Camera and board by their twelve numbers."""
+    first, second = (
+        make_pose(Rotation.from_rotvec(v[:3]).as_matrix(), v[3:]) for v in (numbers[:6], numbers[6:12])
+    )
+    return first, second
+
+
+@dataclass(frozen=True)
+class _Stack:
+    """All views as arrays."""
+
+    flanges_inverse: Float[np.ndarray, "v 4 4"]
+    seen: Float[np.ndarray, "v 4 4"]
+    covariances: Float[np.ndarray, "v 6 6"]
+    mounting: Mounting
+
+    @classmethod
+    def of(cls, views: Sequence[PoseView], mounting: Mounting) -> "_Stack":
+        return cls(
+            np.stack([invert(v.T_base_flange) for v in views]),
+            np.stack([v.T_camera_board for v in views]),
+            np.stack([v.covariance for v in views]),
+            mounting,
+        )
+
+    def errors(self, numbers: np.ndarray) -> Float[np.ndarray, "v 6"]:
+        """Of the flange per view, turn and shift in its own frame."""
+        T_camera, T_board = transforms(numbers)
+        seen = self._scaled(numbers)
+        if self.mounting == "fixed":
+            shown = T_camera @ seen @ invert(T_board)
+        else:
+            shown = T_board @ invert(seen) @ invert(T_camera)
+        off = self.flanges_inverse @ shown
+        return np.hstack([Rotation.from_matrix(off[:, :3, :3]).as_rotvec(), off[:, :3, 3]])
+
+    def spread(self, numbers: np.ndarray, sigmas: np.ndarray) -> Float[np.ndarray, "v 6 6"]:
+        """The covariance of those errors: the picture's, carried to the flange, and the arm's."""
+        T_camera, T_board = transforms(numbers)
+        if self.mounting == "fixed":
+            carried = np.broadcast_to(T_board, self.seen.shape)
+        else:
+            carried = T_camera @ self._scaled(numbers)
+        R, t = carried[:, :3, :3], carried[:, :3, 3]
+        adjoint = np.zeros((len(R), 6, 6))
+        adjoint[:, :3, :3] = adjoint[:, 3:, 3:] = R
+        adjoint[:, 3:, :3] = crossing(t) @ R
+        arm = np.diag(np.repeat(np.exp(2 * sigmas), 3))
+        return np.asarray(adjoint @ self.covariances @ adjoint.transpose(0, 2, 1) + arm)
+
+    def standard_errors(self, numbers: np.ndarray, sigmas: np.ndarray) -> Float[np.ndarray, "n"]:
+        """The standard error of each number."""
+        white = _whitening(self, numbers, sigmas)
+        J = _slope(self, numbers, white)
+        return np.asarray(_GAUSSIAN * np.sqrt(np.diag(np.linalg.pinv(J.T @ J))))
+
+    def _scaled(self, numbers: np.ndarray) -> Float[np.ndarray, "v 4 4"]:
+        """The board's poses, were it as many times larger as the thirteenth number says."""
+        if len(numbers) == 12:
+            return self.seen
+        seen = self.seen.copy()
+        seen[:, :3, 3] *= np.exp(numbers[12])
+        return seen
+
+
+def _alternate(stack: _Stack, numbers: np.ndarray, sigmas: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Transforms and noise in turn, until they settle."""
+    for _ in range(_ROUNDS):
+        before = sigmas
+        sigmas = _noise_by_likelihood(stack, numbers, sigmas)
+        numbers = _reweighted(stack, numbers, sigmas, _STEPS)
+        if np.abs(sigmas - before).max() < _STEADY_LOG:
+            break
+    return _reweighted(stack, numbers, sigmas, _ROUNDS), sigmas
+
+
+def _reweighted(stack: _Stack, numbers: np.ndarray, sigmas: np.ndarray, steps: int) -> np.ndarray:
+    """The numbers at which the likelihood is largest for that noise: steps of Gauss and Newton, weighted anew."""
+    for _ in range(steps):
+        white = _whitening(stack, numbers, sigmas)
+        step = np.linalg.lstsq(_slope(stack, numbers, white), -_white(stack, numbers, white), rcond=None)[0]
+        numbers = numbers + step
+        if np.abs(step).max() < _SETTLED:
+            break
+    return numbers
+
+
+def _slope(stack: _Stack, numbers: np.ndarray, white: np.ndarray) -> Float[np.ndarray, "m n"]:
+    """How the whitened errors change with each number, by central differences."""
+    shifts = _DIFFERENCE * np.eye(len(numbers))
+    columns = [_white(stack, numbers + d, white) - _white(stack, numbers - d, white) for d in shifts]
+    return np.column_stack(columns) / (2 * _DIFFERENCE)
+
+
+def _whitening(stack: _Stack, numbers: np.ndarray, sigmas: np.ndarray) -> Float[np.ndarray, "v 6 6"]:
+    """Per view what turns its error into six of unit variance, times the root of its weight."""
+    inverse = np.linalg.inv(stack.spread(numbers, sigmas))
+    errors = stack.errors(numbers)
+    squared = np.einsum("vi,vij,vj->v", errors, inverse, errors)
+    weights = (_FREEDOM + 6) / (_FREEDOM + squared)
+    return np.asarray(np.sqrt(weights)[:, None, None] * np.linalg.cholesky(inverse).transpose(0, 2, 1))
+
+
+def _white(stack: _Stack, numbers: np.ndarray, white: np.ndarray) -> np.ndarray:
+    return np.asarray(np.einsum("vij,vj->vi", white, stack.errors(numbers)).ravel())
+
+
+def _noise_by_likelihood(stack: _Stack, numbers: np.ndarray, sigmas: np.ndarray) -> np.ndarray:
+    """Logarithms of the arm's standard deviations, by Student's t."""
+    errors = stack.errors(numbers)
+
+    def cost(x: np.ndarray) -> float:
+        spread = stack.spread(numbers, x)
+        squared = np.einsum("vi,vi->v", errors, np.linalg.solve(spread, errors[..., None])[..., 0])
+        each = np.linalg.slogdet(spread)[1] + (_FREEDOM + 6) * np.log1p(squared / _FREEDOM)
+        return float(each.sum())
+
+    bounds = [(np.log(_LEAST_RAD), np.log(_MOST_RAD)), (np.log(_LEAST_M), np.log(_MOST_M))]
+    search = {"xatol": 0.003, "fatol": 1e-4}
+    return np.asarray(minimize(cost, sigmas, method="Nelder-Mead", bounds=bounds, options=search).x)
+
+
+def _start(views: Sequence[PoseView], mounting: Mounting) -> np.ndarray:
+    T_camera, T_board = park([(v.T_base_flange, v.T_camera_board) for v in views], mounting == "hand")
+    return np.concatenate([_numbers(T_camera), _numbers(T_board)])
+
+
+def _numbers(T: Pose) -> np.ndarray:
+    return np.concatenate([Rotation.from_matrix(T[:3, :3]).as_rotvec(), T[:3, 3]])
+
+
+def crossing(t: Float[np.ndarray, "v 3"]) -> Float[np.ndarray, "v 3 3"]:
+    """The matrices of t x."""
+    out = np.zeros((len(t), 3, 3))
+    out[:, 0, 1], out[:, 0, 2], out[:, 1, 2] = -t[:, 2], t[:, 1], -t[:, 0]
+    return np.asarray(out - out.transpose(0, 2, 1))

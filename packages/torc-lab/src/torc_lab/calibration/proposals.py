@@ -1,0 +1,219 @@
+"""Poses for calibrating that torc finds itself: the board turned and shifted before the camera; and the motions.
+
+What is known before is rough: where the camera is, by the workspace or by a few turns of the hand that carries it; and
+where the board is, by one picture of it.
+"""
+
+import itertools
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float
+from scipy.spatial.transform import Rotation
+
+from torc.geometry.transforms import Pose, invert, transform_points
+from torc.motion.holding import hull_spheres
+from torc.motion.space import FreeSpace
+from torc.robots.description import RobotDescription
+from torc.robots.ik import solve_ik
+from torc.robots.kinematics import tool0_poses
+from torc.workspace.description import Workspace
+from torc_lab.calibration.board import Board
+from torc_lab.calibration.noisy_arm import Mounting
+from torc_lab.checks import MotionLimits
+from torc_lab.empty_table import LIMIT_RAD, empty_space, trusting
+
+_DRAWN, _BATCH = 3000, 300
+_TURN_RAD = 0.6
+"""About each axis at most: facts say that 35 degrees about several tell both transforms."""
+_EDGE = 0.08
+"""Share of the picture's width and height that stays free around the board: what is known is rough."""
+_NEARER, _FURTHER, _LEAST_M = 0.75, 1.3, 0.3
+_STEEPEST = 0.6
+"""Cosine between the line of sight and the board's normal, at least: flat markers are not found."""
+_FAR_RAD = 1.6
+"""No joint is further from where it began: the hand does not turn over, and cables do not wind up."""
+_HELD_SPHERES = 30
+_CAMERA_M = (0.05, 0.04, 0.04)
+"""Half of the room that a camera on the hand takes, along its own axes; cameras for arms are smaller."""
+_SHIFT_M = 0.15
+"""As much of a shift makes two poses as different as _TURN_RAD of a turn does."""
+
+
+@dataclass(frozen=True)
+class Sight:
+    """What is roughly known: where the camera is, how it sees, and where the board is.
+
+    Attributes:
+        K, size: intrinsics, and width and height of the picture, pixels.
+        T_camera: the camera in the world (mounting fixed) or in the flange (hand).
+        T_camera_board: the board in the camera's frame in the picture at `qpos`.
+    """
+
+    robot: RobotDescription
+    workspace: Workspace
+    limits: MotionLimits
+    board: Board
+    K: Float[np.ndarray, "3 3"]
+    size: tuple[int, int]
+    T_camera: Pose
+    T_camera_board: Pose
+    qpos: Float[np.ndarray, "dof"]
+    mounting: Mounting = "fixed"
+
+    @property
+    def T_board(self) -> Pose:
+        """The board in the flange (mounting fixed) or in the world (hand)."""
+        flange = tool0_poses(self.robot.arm, self.qpos[None])[0]
+        carrier = invert(flange) if self.mounting == "fixed" else flange
+        return np.asarray(carrier @ self.T_camera @ self.T_camera_board)
+
+    def flanges(self, views: Float[np.ndarray, "n 4 4"]) -> Float[np.ndarray, "n 4 4"]:
+        """The flange in the world at which the camera sees the board at each of these poses."""
+        if self.mounting == "fixed":
+            return np.asarray(self.T_camera @ views @ invert(self.T_board))
+        return np.asarray(self.T_board @ invert(views) @ invert(self.T_camera))
+
+    @property
+    def held(self) -> Float[np.ndarray, "a 4"]:
+        """Spheres of what moves with the hand, in the flange's frame: the board, or the camera."""
+        if self.mounting == "fixed":
+            width, height = self.board.size_m
+            u, v = np.meshgrid(np.linspace(0, width, 6), np.linspace(0, height, 6))
+            points, T = np.column_stack([u.ravel(), v.ravel(), np.zeros(u.size)]), self.T_board
+        else:
+            corners = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
+            points, T = corners * _CAMERA_M, self.T_camera
+        return hull_spheres(transform_points(T, points), _HELD_SPHERES)
+
+    @property
+    def outline(self) -> Float[np.ndarray, "4 3"]:
+        """The corners of all squares, in the board's frame."""
+        width, height = self.board.size_m
+        return np.array([[0.0, 0, 0], [width, 0, 0], [width, height, 0], [0, height, 0]])
+
+
+def proposed(sight: Sight, count: int, rng: np.random.Generator) -> Float[np.ndarray, "n dof"]:
+    """Up to `count` configurations, most different first, at which the whole board is in sight, within the limits, and
+    nothing is touched. Fewer, where there are no more.
+    """
+    space = calibration_space(sight)
+    views = _drawn(sight, rng)
+    views = views[in_sight(sight, views)]
+    found: list[np.ndarray] = []
+    kept: list[np.ndarray] = []
+    for batch in np.split(views, range(_BATCH, len(views), _BATCH)):
+        reached, qpos = reached_flanges(sight.robot, sight.limits, sight.qpos, sight.flanges(batch))
+        free = ~space.collides(qpos) if len(qpos) else np.zeros(0, bool)
+        kept += list(batch[reached][free])
+        found += list(qpos[free])
+        if len(found) >= 6 * count:
+            break
+    if not found:
+        return np.zeros((0, sight.robot.arm.dof))
+    chosen = _most_different(np.array(kept), sight.T_camera_board, count)
+    return np.array(found)[chosen]
+
+
+def in_sight(sight: Sight, views: Float[np.ndarray, "n 4 4"]) -> Bool[np.ndarray, "n"]:
+    """Whether the whole board is well within the picture, and not too slanted, per board pose in the camera's frame."""
+    corners = np.einsum("nij,cj->nci", views[:, :3, :3], sight.outline) + views[:, None, :3, 3]
+    z = np.maximum(corners[..., 2], 1e-3)
+    pixels = np.einsum("ij,ncj->nci", sight.K, corners / z[..., None])[..., :2]
+    size = np.array(sight.size, dtype=float)
+    inside = ((pixels > _EDGE * size) & (pixels < (1 - _EDGE) * size)).all(axis=(1, 2))
+    middle = corners.mean(axis=1)
+    middle /= np.linalg.norm(middle, axis=1, keepdims=True)
+    facing = (views[:, :3, 2] * middle).sum(axis=1)
+    return np.asarray(inside & (facing > _STEEPEST) & (corners[..., 2] > 0.5 * _LEAST_M).all(axis=1))
+
+
+def calibration_space(sight: Sight) -> FreeSpace:
+    """Table, bin, obstacles and the robot itself, with room around them; the board, or the camera, is on the hand."""
+    space = empty_space(sight.robot, sight.workspace, sight.limits, sight.held)
+    return space if sight.mounting == "fixed" else trusting(space, sight.qpos)
+
+
+def _drawn(sight: Sight, rng: np.random.Generator) -> Float[np.ndarray, "n 4 4"]:
+    """Board poses in the camera's frame: turned at random about that which faces the camera, and shifted. A camera on
+    the hand may not reach where the board on the table faces it: turns are also about those on the way to the first.
+    """
+    first = sight.T_camera_board
+    middle = sight.outline.mean(axis=0)
+    seen_m = max(float((first[:3, :3] @ middle + first[:3, 3])[2]), _LEAST_M)
+    width, height = sight.size
+    depth = np.maximum(seen_m * rng.uniform(_NEARER, _FURTHER, _DRAWN), _LEAST_M)
+    pixels = np.column_stack(
+        [rng.uniform(0.2, 0.8, _DRAWN) * width, rng.uniform(0.2, 0.8, _DRAWN) * height, np.ones(_DRAWN)]
+    )
+    places = depth[:, None] * (pixels @ np.linalg.inv(sight.K).T)
+    turns = Rotation.from_rotvec(rng.uniform(-_TURN_RAD, _TURN_RAD, (_DRAWN, 3)))
+    shares = np.ones(_DRAWN) if sight.mounting == "fixed" else rng.uniform(0, 1, _DRAWN)
+    turns = (turns * _faced(first[:3, :3], shares)).as_matrix()
+    out = np.tile(np.eye(4), (_DRAWN, 1, 1))
+    out[:, :3, :3], out[:, :3, 3] = turns, places - turns @ middle
+    return out
+
+
+def _faced(R: Float[np.ndarray, "3 3"], shares: Float[np.ndarray, "n"]) -> Rotation:
+    """The rotations on the way from R (share 0) to the one next to it with the normal along the optical axis (1)."""
+    axis = np.cross(R[:, 2], [0.0, 0.0, 1.0])
+    angle = float(np.arctan2(np.linalg.norm(axis), R[2, 2]))
+    length = float(np.linalg.norm(axis))
+    turn = axis / length * angle if length > 1e-9 else np.zeros(3)
+    return Rotation.from_rotvec(shares[:, None] * turn) * Rotation.from_matrix(R)
+
+
+def reached_flanges(
+    robot: RobotDescription,
+    limits: MotionLimits,
+    qpos: Float[np.ndarray, "dof"],
+    flanges: Float[np.ndarray, "n 4 4"],
+) -> tuple[Bool[np.ndarray, "n"], Float[np.ndarray, "m dof"]]:
+    """Which poses of the flange the arm reaches within the limits, and with which joints, those nearest to `qpos`."""
+    arm = robot.arm
+    tcps = flanges @ robot.gripper.T_tool0_tcp(0.0)
+    places = np.stack([flanges[:, :3, 3], tcps[:, :3, 3]], axis=1)
+    inside = ((places > limits.box_lower) & (places < limits.box_upper)).all(axis=(1, 2))
+    reached, found = np.zeros(len(flanges), bool), []
+    near = replace(
+        arm,
+        lower=np.maximum(limits.lower + LIMIT_RAD, qpos - _FAR_RAD),
+        upper=np.minimum(limits.upper - LIMIT_RAD, qpos + _FAR_RAD),
+        rest_qpos=qpos,
+    )
+    index = np.flatnonzero(inside)
+    if len(index) == 0:
+        return reached, np.zeros((0, arm.dof))
+    solutions = solve_ik(near, flanges[index])
+    for k, n in enumerate(index):
+        if len(branches := solutions.of(k)):
+            reached[n] = True
+            found.append(branches[np.abs(branches - qpos).max(axis=1).argmin()])
+    return reached, np.array(found).reshape(-1, arm.dof)
+
+
+def _most_different(views: Float[np.ndarray, "n 4 4"], first: Pose, count: int) -> list[int]:
+    """Indices, each as far as can be from those before it and from the first picture, by turn and shift."""
+    turns = Rotation.from_matrix(first[:3, :3].T @ views[:, :3, :3]).as_rotvec() / _TURN_RAD
+    shifts = (views[:, :3, 3] - first[:3, 3]) / _SHIFT_M
+    features = np.hstack([turns, shifts])
+    nearest = np.linalg.norm(features, axis=1)
+    chosen: list[int] = []
+    for _ in range(min(count, len(views))):
+        best = int(nearest.argmax())
+        chosen.append(best)
+        nearest = np.minimum(nearest, np.linalg.norm(features - features[best], axis=1))
+    return chosen
+
+
+def tour(qpos: Float[np.ndarray, "n dof"], start: Float[np.ndarray, "dof"]) -> list[int]:
+    """An order in which they are visited, each next to the one before."""
+    left, order, here = list(range(len(qpos))), list[int](), start
+    while left:
+        at = here
+        nearest = min(left, key=lambda k: float(np.abs(qpos[k] - at).max()))
+        left.remove(nearest)
+        order.append(nearest)
+        here = qpos[nearest]
+    return order

@@ -1,0 +1,167 @@
+"""The camera `ros`: image topics of ROS 1 or ROS 2, by rosbridge. No ROS is needed on this machine.
+
+A snapshot subscribes to the topics, takes a colour and a depth picture of one moment, and unsubscribes: as JSON a
+picture has 1 to 3 MB, which nobody should send thirty times a second.
+"""
+
+import time
+from contextlib import ExitStack
+from dataclasses import dataclass
+from importlib.util import find_spec
+from typing import Any, ClassVar, Self
+
+import numpy as np
+
+from torc.errors import CameraError, InputError, MissingDependencyError, extra_remedy
+from torc.records import Observation
+from torc.workspace.description import Workspace
+from torc_lab.cameras.base import RealCamera
+from torc_lab.cameras.ros_messages import RosImage, RosLens, read_image, read_lens
+from torc_lab.rosbridge.client import Rosbridge, RosbridgeError
+from torc_lab.rosbridge.topics import published
+
+_PICTURES = tuple(
+    f"sensor_msgs/{form}{kind}"
+    for kind in ("Image", "CompressedImage", "CameraInfo")
+    for form in ("", "msg/")
+)
+_MOST_PICTURES = 200
+"""To look through for two of one moment."""
+
+
+@dataclass(frozen=True)
+class RosConfig:
+    """Image topics.
+
+    Attributes:
+        url: of rosbridge.
+        color, depth, info: topics of the colour picture, of depth that is registered to it, and of its CameraInfo. The
+            defaults are realsense-ros's with align_depth on; in ROS 2 they begin with /camera/camera.
+        rectified: the pictures were rectified in ROS (image_rect_color and the like): P of CameraInfo holds, not K.
+        same_frame: refuse depth whose header names another frame than the colour picture's: it is not registered.
+        max_lag_s: a colour and a depth picture of one moment are no further apart.
+        timeout_s: how long to wait for the connection, and for pictures.
+        pose: where the colour camera is: level, workspace, 16 numbers or a file; see torc_lab.cameras.poses.
+    """
+
+    url: str = "ws://localhost:9090"
+    color: str = "/camera/color/image_raw"
+    depth: str = "/camera/aligned_depth_to_color/image_raw"
+    info: str = "/camera/color/camera_info"
+    rectified: bool = False
+    same_frame: bool = True
+    max_lag_s: float = 0.1
+    timeout_s: float = 5.0
+    pose: str | tuple[float, ...] = "level"
+
+    def __post_init__(self) -> None:
+        if not (self.max_lag_s >= 0 and self.timeout_s > 0):
+            raise InputError("RosConfig: timeout_s must be above 0, max_lag_s at least 0.")
+        if len({self.color, self.depth, self.info}) < 3:
+            raise InputError("RosConfig: color, depth and info are three topics; two of them are the same.")
+
+
+class RosCamera(RealCamera):
+    """A camera that ROS publishes."""
+
+    what: ClassVar[str] = "The ROS camera"
+
+    @classmethod
+    def check_library(cls) -> None:
+        """Raise MissingDependencyError without websockets."""
+        if find_spec("websockets") is None:
+            raise MissingDependencyError("websockets, for rosbridge,", extra_remedy("ros"))
+
+    def __init__(self, config: RosConfig | None = None, workspace: Workspace | None = None) -> None:
+        self.config = RosConfig() if config is None else config
+        super().__init__(self.config.pose, workspace)
+        self._bridge: Rosbridge | None = None
+
+    def close(self) -> None:
+        """Ends the connection; the next capture makes a new one."""
+        bridge, self._bridge = self._bridge, None
+        if bridge is not None:
+            bridge.close()
+
+    def _shoot(self) -> Observation:
+        c = self.config
+        try:
+            if self._bridge is None:
+                self._bridge = Rosbridge(c.url, c.timeout_s)
+            info, color, depth = self._messages(self._bridge)
+        except RosbridgeError as error:
+            there = published(self._bridge, _PICTURES) if self._bridge is not None else ""
+            raise CameraError(f"{self.what}: {error}{there}") from error
+        return self._observation(color, depth, read_lens(c.info, info, c.rectified))
+
+    def _messages(self, bridge: Rosbridge) -> tuple[Any, RosImage, RosImage]:
+        """CameraInfo, a colour and a depth picture, all sent after this call."""
+        c, deadline = self.config, time.monotonic() + self.config.timeout_s
+        with ExitStack() as stack:
+            info, color, depth = (
+                stack.enter_context(_Newest(bridge, t, deadline)) for t in (c.info, c.color, c.depth)
+            )
+            return info.message(), *self._of_one_moment(color, depth)
+
+    def _of_one_moment(self, color: "_Newest", depth: "_Newest") -> tuple[RosImage, RosImage]:
+        """The first colour and depth picture that are no further apart than max_lag_s."""
+        pictures = [read_image(source.topic, source.message()) for source in (color, depth)]
+        for _ in range(_MOST_PICTURES):
+            apart_s = pictures[0].stamp_s - pictures[1].stamp_s
+            if abs(apart_s) <= self.config.max_lag_s:
+                return pictures[0], pictures[1]
+            older = 0 if apart_s < 0 else 1
+            source = (color, depth)[older]
+            try:
+                pictures[older] = read_image(source.topic, source.message())
+            except RosbridgeError as error:
+                raise RosbridgeError(
+                    f"{error} Its last picture is {abs(apart_s):.3f} s older than the other's, more than "
+                    f"--camera.max-lag-s {self.config.max_lag_s:g}."
+                ) from error
+        raise RosbridgeError(
+            f"{self.what}: {color.topic} and {depth.topic} never show one moment: {abs(apart_s):.3f} s lie between "
+            "them. Do their clocks agree? Else raise --camera.max-lag-s: the scene is at rest."
+        )
+
+    def _observation(self, color: RosImage, depth: RosImage, lens: RosLens) -> Observation:
+        c, rgb, depth_m = self.config, color.colors(), depth.depth_m()
+        sizes = {name: p.shape[1::-1] for name, p in ((c.color, rgb), (c.depth, depth_m))}
+        if set(sizes.values()) != {(lens.width, lens.height)}:
+            told = ", ".join(f"{name} {w}x{h}" for name, (w, h) in sizes.items())
+            raise InputError(
+                f"{self.what}: sizes differ: {told}, {c.info} {lens.width}x{lens.height} pixels. Register depth to the "
+                "colour picture (realsense-ros: align_depth; else depth_image_proc/register), and give its topic."
+            )
+        if c.same_frame and color.frame_id != depth.frame_id:
+            raise InputError(
+                f"{self.what}: {c.color} is in the frame '{color.frame_id}', {c.depth} in '{depth.frame_id}': depth is "
+                "not registered to the colour picture. Give a topic of registered depth; or, if it is and its header "
+                "is wrong, --camera.same-frame false."
+            )
+        if lens.ideal is not None:
+            rgb, depth_m = lens.ideal.colors(rgb), lens.ideal.depth(depth_m)
+        return Observation(rgb, depth_m, lens.K, np.eye(4), np.zeros(0), color.stamp_s)
+
+
+class _Newest:
+    """Messages of one topic, each newer than the one before; subscribed to during a `with`."""
+
+    def __init__(self, bridge: Rosbridge, topic: str, deadline: float) -> None:
+        self.topic = topic
+        self._bridge, self._deadline, self._wish = bridge, deadline, ""
+        self._seen = bridge.count(topic)
+
+    def __enter__(self) -> Self:
+        self._wish = self._bridge.subscribe(self.topic)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if not self._bridge.lost:
+            self._bridge.unsubscribe(self.topic, self._wish)
+
+    def message(self) -> Any:
+        """The newest one as soon as there is one. Raises RosbridgeError."""
+        left_s = max(0.0, self._deadline - time.monotonic())
+        self._seen, found = self._bridge.receive(self.topic, self._seen, left_s, self._wish)
+        return found

@@ -1,0 +1,171 @@
+"""The camera `zed`: a ZED by the maker's SDK, which measures depth itself.
+
+**This has not been run yet**: the SDK needs a CUDA device and a camera. It is written after the documented Python
+interface (https://www.stereolabs.com/docs/api/python/, SDK 4 and 5), and tested against a double of that. A package
+called pyzed on PyPI has nothing to do with it.
+"""
+
+from dataclasses import dataclass
+from importlib.util import find_spec
+from typing import Any, ClassVar
+
+import numpy as np
+from jaxtyping import Float
+
+from torc.errors import CameraError, InputError, MissingDependencyError
+from torc.records import Observation, StereoPair
+from torc.workspace.description import Workspace
+from torc_lab.cameras.base import RealCamera
+
+RESOLUTIONS = ("HD2K", "HD1200", "HD1080", "HD720", "SVGA", "VGA")
+_HOW = "the ZED SDK from https://www.stereolabs.com/developers/release, then its get_python_api.py in this environment"
+
+
+@dataclass(frozen=True)
+class ZedConfig:
+    """A ZED with SDK.
+
+    Attributes:
+        serial: which one, if several are connected.
+        file: a recording (.svo, .svo2) in place of a device.
+        resolution: a name of sl.RESOLUTION.
+        depth_mode: a name of sl.DEPTH_MODE, such as NEURAL, NEURAL_PLUS, ULTRA, PERFORMANCE.
+        min_depth_m: nearer there is no reading.
+        pair: both grey pictures too, for another depth stage.
+        warm_up: pictures to drop after opening.
+        pose: where the left camera is: level, workspace, 16 numbers or a file; see torc_lab.cameras.poses.
+    """
+
+    serial: int = 0
+    file: str = ""
+    resolution: str = "HD720"
+    depth_mode: str = "NEURAL"
+    min_depth_m: float = 0.3
+    pair: bool = False
+    warm_up: int = 15
+    pose: str | tuple[float, ...] = "level"
+
+    def __post_init__(self) -> None:
+        if self.resolution not in RESOLUTIONS:
+            raise InputError(f"ZedConfig.resolution is '{self.resolution}': choose {', '.join(RESOLUTIONS)}.")
+
+
+def zed_library() -> Any:
+    """pyzed.sl. Raises MissingDependencyError without it; that names the foreign package if it is in the way."""
+    try:
+        import pyzed.sl
+    except ImportError as error:
+        if find_spec("pyzed") is not None and "libsl_zed" not in str(error):
+            raise MissingDependencyError(
+                "The ZED SDK's Python interface (the installed package `pyzed` is another project's, of that name on "
+                "PyPI, or damaged)",
+                f"pip uninstall pyzed; then {_HOW}",
+            ) from error
+        raise MissingDependencyError("The ZED SDK's Python interface, pyzed.sl,", _HOW) from error
+    return pyzed.sl
+
+
+class ZedCamera(RealCamera):
+    """A ZED, or a recording of one, with the depth that the SDK measures in its left picture."""
+
+    what: ClassVar[str] = "ZED"
+
+    @classmethod
+    def check_library(cls) -> None:
+        """Raise MissingDependencyError without the SDK."""
+        zed_library()
+
+    @classmethod
+    def devices(cls) -> list[str]:
+        """Return the connected devices."""
+        found = zed_library().Camera.get_device_list()
+        return [f"{d.camera_model}, serial {d.serial_number}" for d in found]
+
+    def __init__(self, config: ZedConfig | None = None, workspace: Workspace | None = None) -> None:
+        self.config = ZedConfig() if config is None else config
+        super().__init__(self.config.pose, workspace)
+        self._zed: Any = None
+        self._sl: Any = None
+
+    def close(self) -> None:
+        """Frees the device; the next capture opens it again."""
+        zed, self._zed = self._zed, None
+        if zed is not None:
+            zed.close()
+
+    def _shoot(self) -> Observation:
+        if self._zed is None:
+            self._open()
+        sl, zed = self._sl, self._zed
+        for _ in range(1 if self.config.file else 2):  # the picture under way may have begun before the call
+            self._grab()
+        rgba, depth = sl.Mat(), sl.Mat()
+        zed.retrieve_image(rgba, sl.VIEW.LEFT)
+        zed.retrieve_measure(depth, sl.MEASURE.DEPTH)
+        rgb = np.ascontiguousarray(
+            rgba.get_data()[..., 2::-1]
+        )  # the SDK has blue first, and a fourth channel
+        lenses = zed.get_camera_information().camera_configuration.calibration_parameters
+        return Observation(
+            rgb=rgb,
+            # Not a number: hidden from one camera; infinite: too near or too far. All are no readings.
+            depth_m=np.nan_to_num(np.array(depth.get_data(), np.float32), nan=0.0, posinf=0.0, neginf=0.0),
+            K=_matrix(lenses.left_cam),
+            T_world_camera=np.eye(4),
+            qpos=np.zeros(0),
+            stamp_s=zed.get_timestamp(sl.TIME_REFERENCE.IMAGE).get_milliseconds() / 1000,
+            pair=self._pair(float(lenses.get_camera_baseline())) if self.config.pair else None,
+        )
+
+    def _open(self) -> None:
+        c = self.config
+        sl = self._sl = zed_library()
+        wanted = sl.InitParameters()
+        for name, values, chosen in (
+            ("camera_resolution", sl.RESOLUTION, c.resolution),
+            ("depth_mode", sl.DEPTH_MODE, c.depth_mode),
+        ):
+            value = getattr(values, chosen, None)
+            if value is None:
+                raise InputError(f"This version of the ZED SDK has no {name} '{chosen}'.")
+            setattr(wanted, name, value)
+        wanted.coordinate_units = sl.UNIT.METER
+        wanted.coordinate_system = sl.COORDINATE_SYSTEM.IMAGE  # x right, y down, z forward
+        wanted.depth_minimum_distance = c.min_depth_m
+        if c.file:
+            wanted.set_from_svo_file(c.file)
+        elif c.serial:
+            wanted.set_from_serial_number(c.serial)
+        zed = sl.Camera()
+        found = zed.open(wanted)
+        if found != sl.ERROR_CODE.SUCCESS:
+            raise CameraError(
+                f"ZED: it cannot be opened: {found}. Is it connected to a USB 3 port, and no other program using it? "
+                "The SDK's ZED_Diagnostic tells more."
+            )
+        self._zed = zed
+        for _ in range(0 if c.file else c.warm_up):
+            self._grab()
+
+    def _grab(self) -> None:
+        found = self._zed.grab(self._sl.RuntimeParameters())
+        if found != self._sl.ERROR_CODE.SUCCESS:
+            ended = (
+                "the recording is at its end, or damaged" if self.config.file else "is it still connected?"
+            )
+            raise CameraError(f"ZED: no picture: {found}; {ended}")
+
+    def _pair(self, baseline_m: float) -> StereoPair:
+        views = self._sl.VIEW.LEFT_GRAY, self._sl.VIEW.RIGHT_GRAY
+        pictures = []
+        for view in views:
+            grey = self._sl.Mat()
+            self._zed.retrieve_image(grey, view)
+            pictures.append(np.array(grey.get_data(), np.uint8))
+        shape = pictures[0].shape[:2]
+        return StereoPair(pictures[0].reshape(shape), pictures[1].reshape(shape), baseline_m)
+
+
+def _matrix(lens: Any) -> Float[np.ndarray, "3 3"]:
+    """K of the rectified pictures, pixels."""
+    return np.array([[lens.fx, 0, lens.cx], [0, lens.fy, lens.cy], [0, 0, 1]], dtype=float)

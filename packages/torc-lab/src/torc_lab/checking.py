@@ -1,0 +1,239 @@
+"""Every device of a laboratory, tried one by one before anybody relies on it."""
+
+import time
+from collections.abc import Callable, Iterator
+from typing import Any, cast
+
+import cv2
+import numpy as np
+
+from torc.errors import InputError, TorcError
+from torc.registry.loading import blamed
+from torc_lab.calibration.marker import MOVED_M, marker_shift_m
+from torc_lab.calibration.noted import is_calibrated, marker_of_lab
+from torc_lab.cameras.kinds import open_camera
+from torc_lab.cameras.poses import placed
+from torc_lab.checking_motions import check_motions
+from torc_lab.devices import (
+    close_arm,
+    close_camera,
+    close_gripper,
+    connect_arm,
+    connect_gripper,
+    is_at_rest_pose,
+    is_ready,
+    limits,
+)
+from torc_lab.driver_rules import state_faults
+from torc_lab.finding import Finding
+from torc_lab.identity import check_standing
+from torc_lab.lab_file import Lab
+from torc_lab.person import Ask
+from torc_lab.protocols import ArmDriver, GripperDriver, LabError, NeedsActivation, PowersServos
+from torc_lab.robotiq.gripper import RobotiqGripper
+from torc_lab.supervisor import SupervisorConfig
+
+_WATCH_S, _POWERED_S, _APART_S = 1.0, 0.5, 0.5
+_LEAST_READ = 0.5
+_MOST_OFF_M = 0.01
+
+
+def check_lab(lab: Lab, ask: Ask | None = None) -> Iterator[Finding]:
+    """Tries every device of a lab file. Nothing moves without `ask`, which is asked before each small motion."""
+    yield from _tried("arm", lambda: connect_arm(lab), lambda arm: _arm(lab, arm, ask), close_arm)
+    yield from _tried(
+        "gripper", lambda: connect_gripper(lab), lambda gripper: _gripper(lab, gripper, ask), close_gripper
+    )
+    yield from _tried(
+        "camera", lambda: open_camera(lab.conditions), lambda camera: _camera(lab, camera), close_camera
+    )
+
+
+def _tried(
+    what: str,
+    connect: Callable[[], Any],
+    look: Callable[[Any], Iterator[Finding]],
+    close: Callable[[Any], None],
+) -> Iterator[Finding]:
+    """What a look at a device finds; a fault ends it, and is a finding."""
+    mend = "Mend the driver."
+    try:
+        with blamed(f"The {what}'s driver", LabError, mend):
+            device = connect()
+    except TorcError as error:
+        yield Finding(what, False, str(error))
+        return
+    try:
+        with blamed(f"The {what}'s driver", LabError, mend):
+            yield from look(device)
+    except TorcError as error:
+        yield Finding(what, False, str(error))
+    finally:
+        close(device)
+
+
+def _arm(lab: Lab, arm: ArmDriver, ask: Ask | None) -> Iterator[Finding]:
+    broken = state_faults(arm)
+    for rule in broken:
+        yield Finding("arm", False, f"its driver breaks a rule: {rule}")
+    if broken:
+        return
+    if (
+        ask is not None
+        and isinstance(arm, PowersServos)
+        and arm.status().stopped
+        and ask(f"{arm.name}: power the servos and let motions in?")
+    ):
+        arm.enable()
+        time.sleep(_POWERED_S)
+    yield _rates(arm)
+    status = arm.status()
+    yield Finding("arm", not status.stopped, status.stopped or "may move")
+    yield from _standing(lab, arm)
+    joints = ", ".join(f"{v:.3f}" for v in status.qpos)
+    within = limits(lab)
+    inside = bool(((status.qpos >= within.lower) & (status.qpos <= within.upper)).all())
+    yield Finding("arm", inside, f"joints {joints} rad{'' if inside else ', outside of their limits'}")
+    rest = is_at_rest_pose(lab, status.qpos)
+    yield Finding(
+        "arm", True, "at its rest pose" if rest else "not at its rest pose: `torc retrieve` begins there"
+    )
+    feels = (
+        "feels contacts"
+        if arm.feels_contact
+        else "feels no contacts: approaches are slow, grasps keep further away, and nobody but you stops it"
+    )
+    yield Finding("arm", True, feels)
+    if ask is not None and not status.stopped:
+        yield from check_motions(lab, arm, ask)
+
+
+def _standing(lab: Lab, arm: ArmDriver) -> Iterator[Finding]:
+    """Where its base is in the world, and what of the robot could not be compared with the model."""
+    arm_description = lab.robot.arm
+    base = arm_description.T_world_base
+    x, y, z = (base @ arm_description.Ts_parent_joint[0])[:3, 3]
+    turned = np.rad2deg(np.arctan2(base[1, 0], base[0, 0]))
+    yield Finding(
+        "arm",
+        True,
+        f"its first joint is modelled at x {x:.3f}, y {y:.3f}, z {z:.3f} m of the world frame, that of table, bin "
+        f"and camera, and its base turned by {turned:.0f} degrees about z: measure whether it stands there",
+    )
+    for name in check_standing(arm_description, arm, lab.held_joints):
+        yield Finding(
+            "arm", False, f"nobody reports {name}, which the robot description has in a fixed place"
+        )
+
+
+def _rates(arm: ArmDriver) -> Finding:
+    """How often, and how late, it tells its state."""
+    stamps, oldest, began = set(), 0.0, time.monotonic()
+    while (now := time.monotonic()) - began < _WATCH_S:
+        stamp = arm.status().stamp_s
+        stamps.add(stamp)
+        oldest = max(oldest, now - stamp)
+        time.sleep(0.002)
+    stale = SupervisorConfig().stale_s
+    often = f"{len(stamps) / _WATCH_S:.0f} times a second, at most {oldest * 1e3:.0f} ms old"
+    text = f"{arm.name} tells its state {often}"
+    good = oldest < stale
+    return Finding("arm", good, text if good else f"{text}: too old, {stale * 1e3:.0f} ms is the most")
+
+
+def _gripper(lab: Lab, gripper: GripperDriver, ask: Ask | None) -> Iterator[Finding]:
+    name = getattr(gripper, "name", type(gripper).__name__)
+    ready = is_ready(gripper)
+    if not ready and ask is not None and ask(f"{name}: activate? Its fingers open and close all the way."):
+        cast(NeedsActivation, gripper).activate()
+        ready = is_ready(gripper)
+    yield Finding("gripper", ready, f"{name} is {'ready' if ready else 'not activated: add --move'}")
+    wanted = lab.robot.gripper.max_width_m
+    same = abs(gripper.max_width_m - wanted) < 0.002
+    text = f"opens {gripper.max_width_m * 1e3:.0f} mm; the robot description says {wanted * 1e3:.0f} mm"
+    yield Finding("gripper", same, text)
+    if not ready:
+        return
+    state = gripper.state
+    yield Finding(
+        "gripper", True, f"{state.width_m * 1e3:.0f} mm open" + (", holds something" if state.holding else "")
+    )
+    if (
+        ask is not None
+        and isinstance(gripper, RobotiqGripper)
+        and ask(f"{name}: open and close all the way, with nothing between the fingers?")
+    ):
+        scale = gripper.calibrate()
+        yield Finding(
+            "gripper",
+            True,
+            f"its fingers reach {scale.open_count} to {scale.closed_count}: write open_count: {scale.open_count} and "
+            f"closed_count: {scale.closed_count} into the lab file",
+        )
+        gripper.open(gripper.max_width_m)
+
+
+def _camera(lab: Lab, camera: Any) -> Iterator[Finding]:
+    began = time.monotonic()
+    first = camera.capture()
+    opened_s = time.monotonic() - began
+    time.sleep(_APART_S)
+    began = time.monotonic()
+    second = camera.capture()
+    took_s = time.monotonic() - began
+    height, width = first.depth_m.shape
+    share = float((second.depth_m > 0).mean())
+    what = (
+        f"{lab.conditions.camera}: {width}x{height} pixels, first after {opened_s:.1f} s, then {took_s:.2f} s"
+    )
+    yield Finding("camera", True, what)
+    pair = first.pair is not None and not first.depth_m.any()
+    if not pair:
+        yield Finding("camera", share > _LEAST_READ, f"depth for {share:.0%} of all pixels")
+    if second.stamp_s == first.stamp_s != 0:
+        yield Finding("camera", False, "frozen: two pictures have the same time")
+    yield _support(lab, second)
+    yield from _drift(lab, second)
+
+
+def _drift(lab: Lab, seen: Any) -> Iterator[Finding]:
+    """Whether the marker on the table is where the calibration saw it; nothing without a calibration."""
+    if not is_calibrated(lab):
+        return
+    marker = marker_of_lab(lab)
+    if marker is None:
+        yield Finding(
+            "camera", True, "its calibration noted no marker on the table: a shift since is not noticed"
+        )
+        return
+    shift_m = marker_shift_m(marker, cv2.cvtColor(seen.rgb, cv2.COLOR_RGB2GRAY), seen.K, seen.T_world_camera)
+    if shift_m is None:
+        yield Finding("camera", True, "the marker on the table is not in sight: a shift is not noticed")
+        return
+    text = f"the marker on the table is {1e3 * shift_m:.1f} mm from where the calibration saw it"
+    moved = shift_m > MOVED_M
+    yield Finding(
+        "camera", not moved, f"{text}: camera or marker has moved; calibrate again" if moved else text
+    )
+
+
+def _support(lab: Lab, seen: Any) -> Finding:
+    """Whether the table is where the camera's pose says."""
+    if getattr(seen, "pose_estimated", False):
+        return Finding(
+            "camera",
+            False,
+            "its pose is not known: set camera.pose to what `torc lab calibrate` wrote, or to workspace",
+        )
+    try:
+        level = placed(seen, None)
+    except InputError as error:
+        return Finding("camera", False, f"no table is in sight: {error}")
+    # In the level frame the support is at height 0; where is that plane by the pose that is set?
+    T = seen.T_world_camera @ np.linalg.inv(level.T_world_camera)
+    x, y, _ = lab.workspace.table.center
+    inside = np.linalg.inv(T) @ [x, y, lab.workspace.support_z_m, 1.0]
+    off_m, tilt = float(inside[2]), float(np.arccos(np.clip(T[2, 2], -1, 1)))
+    where = f"{abs(off_m) * 1e3:.0f} mm {'below' if off_m > 0 else 'above'} where the workspace has it"
+    text = f"the table is {where}, and tilted by {np.rad2deg(tilt):.1f} degrees"
+    return Finding("camera", abs(off_m) < _MOST_OFF_M and tilt < 0.02, text)

@@ -1,0 +1,1 @@
+"""The commands `torc lab`, `torc retrieve` and `torc camera`."""

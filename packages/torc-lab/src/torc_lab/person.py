@@ -1,0 +1,72 @@
+"""The person beside the robot: what he is asked, and how often."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+from torc.episode.events import Event, Planned
+from torc.records import Trajectory
+from torc_lab.protocols import LabError
+
+Confirming = Literal["motion", "pick", "never"]
+Ask = Callable[[str], bool]
+"""Asks a question that is answered with yes or no."""
+AskText = Callable[[str], str]
+"""Asks a question that is answered with a line of text."""
+
+
+class Confirmation:
+    """The `Confirm` of torc_lab.supervisor: asks before each motion, before the first of each pick, or never. It
+    listens to the episode, which tells when a pick begins.
+    """
+
+    def __init__(self, how: Confirming, ask: Ask) -> None:
+        self.how, self._ask = how, ask
+        self._confirmed = False
+
+    def __call__(self, what: str, trajectory: Trajectory) -> bool:
+        """Whether to go."""
+        if self.how == "never" or (self.how == "pick" and self._confirmed):
+            return True
+        turn = abs(trajectory.qpos[-1] - trajectory.qpos[0]).max()
+        self._confirmed = self._ask(f"{what}, in which joints turn by up to {turn:.2f} rad. Go?")
+        return self._confirmed
+
+    def listen(self, event: Event) -> None:
+        """Another pick begins with its plan."""
+        if isinstance(event, Planned):
+            self._confirmed = False
+
+
+def ask_in_terminal(question: str) -> bool:
+    """Asks until the answer is yes or no; no answer, at the end of the input, is a no."""
+    while True:
+        try:
+            answer = input(f"{question} [y/n] ").strip().lower()
+        except (EOFError, OSError):  # its input, or its terminal, is gone
+            return False
+        if answer in ("y", "yes"):
+            return True
+        if answer in ("n", "no"):
+            return False
+
+
+def ask_text_in_terminal(question: str) -> str:
+    """Asks for a line. Raises LabError at the end of the input: there is nobody to answer."""
+    try:
+        return input(f"{question} ").strip()
+    except (EOFError, OSError):
+        raise LabError(f"Nobody answers: {question}") from None
+
+
+@dataclass(frozen=True)
+class Person:
+    """Who lays scenes out, stands by, and tells what sensors cannot.
+
+    Attributes:
+        ask: yes or no.
+        ask_text: a line of text.
+    """
+
+    ask: Ask = ask_in_terminal
+    ask_text: AskText = ask_text_in_terminal

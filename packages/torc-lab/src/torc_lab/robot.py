@@ -1,0 +1,65 @@
+"""The `Robot` of torc.robots.protocols on real devices."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from torc.records import Observation, PickOutcome, PickPlan
+from torc.robots.description import RobotDescription
+from torc.robots.execution import ExecutionConfig, ExecutionTrace, PhaseTrace, execute_pick
+from torc.robots.protocols import Arm, Camera, Gripper, HeldCheck
+from torc_lab.protocols import LabError
+
+
+class LabRobot:
+    """A camera, an arm and a gripper. What came of a pick is what the gripper felt, and what the camera saw in the
+    hand: nobody tells the truth here.
+    """
+
+    def __init__(
+        self,
+        description: RobotDescription,
+        camera: Camera,
+        arm: Arm,
+        gripper: Gripper,
+        *,
+        config: ExecutionConfig | None = None,
+        on_phase: Callable[[PhaseTrace], None] = lambda step: None,
+    ) -> None:
+        """on_phase: told of every step of a pick."""
+        self.description, self.camera, self.arm, self.gripper = description, camera, arm, gripper
+        self.config = config or ExecutionConfig()
+        self._on_phase = on_phase
+        self._last_stamp_s = 0.0
+        self.last_trace: ExecutionTrace | None = None
+        """What was commanded in the latest pick, and what the robot felt."""
+
+    def capture(self) -> Observation:
+        """One snapshot, with the joints as they are. Raises LabError, also for a picture that came before, and
+        CameraError.
+        """
+        seen = self.camera.capture()
+        if seen.stamp_s != 0 and seen.stamp_s == self._last_stamp_s:
+            raise LabError("The camera is frozen: it gave the same picture twice.")
+        self._last_stamp_s = seen.stamp_s
+        return replace(seen, qpos=self.arm.qpos)
+
+    def execute(
+        self, plan: PickPlan, true_id: int | None = None, is_target: HeldCheck | None = None
+    ) -> PickOutcome:
+        """Carries out one pick. Raises LabError: then the pick has no result."""
+        if true_id is not None:
+            raise LabError("A real robot is not told what objects really are.")
+        ask = None if is_target is None else lambda: is_target(self.capture(), self.gripper.state.width_m)
+        trace = execute_pick(self.arm, self.gripper, plan, self.config, self._on_phase, ask)
+        self.last_trace = trace
+        return PickOutcome(
+            result=trace.result,
+            object_id=plan.object_id,
+            held_id=plan.object_id if trace.held_after_lift else None,
+            held_after_lift=trace.held_after_lift,
+            delivered=trace.delivered,
+            detail=trace.detail,
+            duration_s=sum(p.trajectory.duration_s for p in trace.phases if p.trajectory is not None),
+            at_home=trace.at_home,
+            touch=trace.touch,
+        )

@@ -1,0 +1,220 @@
+"""The `Gripper` of torc.robots.protocols on a Robotiq 2F."""
+
+import threading
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from torc.errors import InputError
+from torc.robots.protocols import GripperState
+from torc_lab.protocols import LabError
+from torc_lab.robotiq.registers import ACTIVATE, RESET, GripperCommand, GripperStatus, Object
+from torc_lab.robotiq.wires import DEVICE, ModbusWire, UrcapWire, Wire
+
+FORCE_N = (20.0, 235.0)
+"""Least and most grip force of a 2F-85 (its data sheet)."""
+_FORCE_140_N = (10.0, 125.0)
+"""Of a 2F-140."""
+_WIDE_M = 0.1
+"""What opens wider is a 2F-140."""
+_ACTIVATION_S, _MOTION_S, _ECHO_S = 10.0, 6.0, 0.5
+_POLL_S = 0.01
+_ALIVE_S = 0.2
+"""The gripper is asked for its status so often while nobody else asks: after a second of silence it complains, and
+somebody who commands it beside torc is noticed.
+"""
+
+
+@dataclass(frozen=True)
+class WidthScale:
+    """Which positions (0 to 255) the fingers really reach; `calibrate` measures them. The width is linear between."""
+
+    open_count: int = 3
+    closed_count: int = 230
+    max_width_m: float = 0.085
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.open_count < self.closed_count <= 255 or self.max_width_m <= 0:
+            raise InputError(f"No widths of a gripper: {self}.")
+
+    def width_m(self, count: int) -> float:
+        """The opening at a position."""
+        share = (self.closed_count - count) / (self.closed_count - self.open_count)
+        return float(np.clip(share, 0, 1)) * self.max_width_m
+
+    def count(self, width_m: float) -> int:
+        """The position for an opening. Raises InputError outside of the range."""
+        if not -1e-6 <= width_m <= self.max_width_m + 1e-6:
+            raise InputError(f"The gripper opens 0 to {self.max_width_m} m, not {width_m} m.")
+        share = width_m / self.max_width_m
+        return round(self.closed_count - share * (self.closed_count - self.open_count))
+
+
+@dataclass(frozen=True)
+class RobotiqConfig:
+    """Where the gripper is, and how wide it opens.
+
+    Attributes:
+        address: a serial port ("/dev/ttyUSB0"), or "host" or "host:port".
+        device: its number on the Modbus line.
+        timeout_s: for one answer.
+        open_count, closed_count: positions that the fingers really reach; `torc lab check --move` measures them.
+        max_width_m: .085 for a 2F-85, .140 for a 2F-140.
+    """
+
+    address: str
+    device: int = DEVICE
+    timeout_s: float = 0.5
+    open_count: int = 3
+    closed_count: int = 230
+    max_width_m: float = 0.085
+
+    @property
+    def scale(self) -> WidthScale:
+        """Positions and widths. Raises InputError."""
+        return WidthScale(self.open_count, self.closed_count, self.max_width_m)
+
+    @property
+    def force_n(self) -> tuple[float, float]:
+        """Least and most grip force."""
+        return FORCE_N if self.max_width_m < _WIDE_M else _FORCE_140_N
+
+
+def over_modbus(config: RobotiqConfig) -> "RobotiqGripper":
+    """A gripper on a serial line or Modbus TCP. Raises LabError, MissingDependencyError."""
+    return RobotiqGripper(
+        ModbusWire(config.address, config.device, config.timeout_s), config.scale, config.force_n
+    )
+
+
+def over_urcap(config: RobotiqConfig) -> "RobotiqGripper":
+    """A gripper behind a UR controller's URCap. Raises LabError."""
+    return RobotiqGripper(UrcapWire(config.address, config.timeout_s), config.scale, config.force_n)
+
+
+class RobotiqGripper:
+    """A gripper that was activated. It holds on when torc ends, or the connection breaks."""
+
+    def __init__(
+        self, wire: Wire, scale: WidthScale | None = None, force_n: tuple[float, float] = FORCE_N
+    ) -> None:
+        """Raises LabError for a gripper with a fault. force_n: its least and most grip force."""
+        self.wire, self.scale, self.force_n = wire, scale or WidthScale(), force_n
+        self._closing = self._held = False
+        try:
+            wire.status().check(wire.name)
+        except LabError:
+            wire.close()
+            raise
+        self._ended = threading.Event()
+        threading.Thread(target=self._keep_awake, name="torc-gripper", daemon=True).start()
+
+    @property
+    def name(self) -> str:
+        """For messages."""
+        return self.wire.name
+
+    @property
+    def max_width_m(self) -> float:
+        """Largest opening between the pads."""
+        return self.scale.max_width_m
+
+    @property
+    def ready(self) -> bool:
+        """Whether it was activated since it got power."""
+        return self.wire.status().ready
+
+    @property
+    def state(self) -> GripperState:
+        """What it feels now. Raises LabError for a fault."""
+        status = self.wire.status()
+        status.check(self.wire.name)
+        return self._state(status)
+
+    def activate(self) -> None:
+        """Activates it: **the fingers open and close all the way**. Raises LabError if it does not get ready."""
+        self.wire.send(RESET)
+        self.wire.send(ACTIVATE)
+        began = time.monotonic()
+        while not (status := self.wire.status()).ready:
+            if time.monotonic() - began > _ACTIVATION_S:
+                status.check(self.wire.name)
+                raise LabError(f"{self.wire.name} was not activated within {_ACTIVATION_S:g} s.")
+            time.sleep(_POLL_S)
+        status.check(self.wire.name)
+
+    def open(self, width_m: float) -> GripperState:
+        """Opens (or closes) to width_m without force. Raises LabError, and InputError outside of the range."""
+        self._closing = False
+        return self._state(self._move(GripperCommand(position=self.scale.count(width_m))))
+
+    def close(self, force_n: float) -> GripperState:
+        """Closes until contact, and keeps pressing: with force_n, as near as the gripper can. Raises LabError."""
+        if force_n <= 0:
+            raise InputError(f"The grip force must be positive, not {force_n} N.")
+        least_n, most_n = self.force_n
+        share = (force_n - least_n) / (most_n - least_n)
+        self._closing = True
+        return self._state(
+            self._move(GripperCommand(position=255, force=round(255 * float(np.clip(share, 0, 1)))))
+        )
+
+    def calibrate(self) -> WidthScale:
+        """Opens and closes all the way, with nothing between the fingers; from now on widths are right. Raises LabError
+        if something was between them.
+        """
+        ends = []
+        for position in (0, 255):
+            status = self._move(GripperCommand(position=position))
+            if status.object is Object.STOPPED_OPENING:
+                raise LabError(f"{self.wire.name} could not open: something is in its way.")
+            ends.append(status.position)
+        if ends[1] - ends[0] < 100:
+            raise LabError(
+                f"{self.wire.name} moved from {ends[0]} to {ends[1]} of 255 only: is something between its fingers?"
+            )
+        self.scale = WidthScale(ends[0], ends[1], self.scale.max_width_m)
+        return self.scale
+
+    def disconnect(self) -> None:
+        """Ends the connection; the fingers keep their grip."""
+        self._ended.set()
+        self.wire.close()
+
+    def _keep_awake(self) -> None:
+        """Asks for the status now and then, also while the arm moves. A lost connection shows at the next call."""
+        while not self._ended.wait(_ALIVE_S):
+            try:
+                self.wire.status()
+            except LabError:
+                return
+
+    def _move(self, command: GripperCommand) -> GripperStatus:
+        """The status once the fingers rest. What is told before the command's echo belongs to the one before."""
+        self.wire.send(command)
+        began = time.monotonic()
+        while True:
+            status = self.wire.status()
+            status.check(self.wire.name)
+            if not status.ready:
+                raise LabError(
+                    f"{self.wire.name} is not activated: `activate` moves its fingers all the way."
+                )
+            elapsed = time.monotonic() - began
+            heard = status.requested == command.position and status.going
+            if heard and status.object is not Object.MOVING:
+                return status
+            if not heard and elapsed > _ECHO_S:
+                raise LabError(f"{self.wire.name} did not take the command: somebody else commands it, too.")
+            if elapsed > _MOTION_S:
+                raise LabError(f"{self.wire.name} still moves after {_MOTION_S:g} s.")
+            time.sleep(_POLL_S)
+
+    def _state(self, status: GripperStatus) -> GripperState:
+        """It holds something if it was told to close, and was stopped. A drop shows: it closes all the way then. While
+        the fingers move, it holds what it held: they follow what is held when the arm sets off or stops.
+        """
+        stopped = status.object is Object.STOPPED_CLOSING
+        self._held = self._closing and (self._held if status.object is Object.MOVING else stopped)
+        return GripperState(self.scale.width_m(status.position), self._held)

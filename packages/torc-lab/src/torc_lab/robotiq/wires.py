@@ -1,0 +1,205 @@
+"""How the gripper is reached: Modbus over a serial line or over TCP, or the socket that its program opens on a UR."""
+
+import socket
+import threading
+from typing import Any, Protocol
+
+from torc.errors import MissingDependencyError, extra_remedy
+from torc_lab.protocols import LabError
+from torc_lab.robotiq.registers import (
+    COMMAND_REGISTER,
+    COUNT,
+    STATUS_REGISTER,
+    GripperCommand,
+    GripperStatus,
+    Object,
+    status_of,
+)
+
+DEVICE, BAUD = 9, 115_200
+URCAP_PORT = 63352
+_TIMEOUT_S = 0.5
+_MOST_BYTES = 256
+_ILLEGAL_FUNCTION = 1
+"""Modbus exception: a device that does not know a function code."""
+_QUIET_S = 0.05
+"""An answer without an end of line is complete when nothing more has come for so long."""
+
+
+class Wire(Protocol):
+    """One exchange at a time; raises LabError if the gripper is gone, silent, or talks nonsense."""
+
+    name: str
+
+    def send(self, command: GripperCommand) -> None:
+        """Tells the gripper."""
+
+    def status(self) -> GripperStatus:
+        """Asks the gripper."""
+
+    def close(self) -> None:
+        """Ends the connection."""
+
+
+class ModbusWire:
+    """Modbus RTU on a serial port ("/dev/ttyUSB0"), or Modbus TCP at "host" or "host:port"."""
+
+    def __init__(self, address: str, device: int = DEVICE, timeout_s: float = _TIMEOUT_S) -> None:
+        """Connects. Raises LabError, MissingDependencyError."""
+        try:
+            from pymodbus.client import ModbusSerialClient, ModbusTcpClient
+        except ImportError as error:
+            raise MissingDependencyError("pymodbus, for Robotiq grippers,", extra_remedy("lab")) from error
+        self.name, self._device, self._lock = f"Robotiq gripper at {address}", device, threading.Lock()
+        self._read = "read_input_registers"
+        self._client: Any
+        self._lost = ""
+        if address.startswith(("/", "COM")):
+            self._client = ModbusSerialClient(address, baudrate=BAUD, timeout=timeout_s, retries=1)
+        else:
+            host, _, port = address.partition(":")
+            self._client = ModbusTcpClient(
+                host, port=_port(address, port or "502"), timeout=timeout_s, retries=1
+            )
+        if not self._client.connect():
+            raise LabError(f"{self.name} cannot be reached. Is it on, and nobody else connected to it?")
+
+    def send(self, command: GripperCommand) -> None:
+        """Writes the three registers."""
+        self._accepted(self._exchange("write_registers", COMMAND_REGISTER, list(command.registers)))
+
+    def status(self) -> GripperStatus:
+        """Reads the three registers, as input registers or, where a gateway does not know these, as holding registers:
+        the gripper has the same in both.
+        """
+        answer = self._exchange(self._read, STATUS_REGISTER, count=COUNT)
+        if answer.isError() and getattr(answer, "exception_code", 0) == _ILLEGAL_FUNCTION:
+            self._read = "read_holding_registers"
+            answer = self._exchange(self._read, STATUS_REGISTER, count=COUNT)
+        return status_of(self._accepted(answer).registers)
+
+    def close(self) -> None:
+        """Ends the connection."""
+        with self._lock:
+            self._lost = self._lost or "it was closed"
+            self._client.close()
+
+    def _accepted(self, answer: Any) -> Any:
+        if answer.isError():
+            raise LabError(f"{self.name} refuses: {answer}")
+        return answer
+
+    def _exchange(self, function: str, *arguments: Any, **options: Any) -> Any:
+        """The answer to one request, which may be a refusal. Raises LabError if none comes."""
+        from pymodbus.exceptions import ModbusException
+
+        with self._lock:
+            if self._lost:
+                raise LabError(f"{self.name} is lost: {self._lost}.")
+            try:
+                answer = getattr(self._client, function)(*arguments, device_id=self._device, **options)
+            except (ModbusException, OSError) as error:
+                # On a serial line a late answer could not be told from the next one.
+                self._lost = f"it does not answer: {error}"
+                self._client.close()
+                raise LabError(f"{self.name} is lost: {self._lost}") from error
+        return answer
+
+
+class UrcapWire:
+    """The text socket of Robotiq's program on a UR controller (URCap), at "host" or "host:port"."""
+
+    def __init__(self, address: str, timeout_s: float = _TIMEOUT_S) -> None:
+        """Connects. Raises LabError."""
+        host, _, port = address.partition(":")
+        self.name, self._lock = f"Robotiq gripper at {address} (URCap)", threading.Lock()
+        self._timeout_s, self._lost = timeout_s, ""
+        try:
+            self._socket = socket.create_connection(
+                (host, _port(address, port or str(URCAP_PORT))), timeout_s
+            )
+        except OSError as error:
+            raise LabError(
+                f"{self.name} cannot be reached: {error}. Is the URCap installed, and the robot on?"
+            ) from error
+
+    def send(self, command: GripperCommand) -> None:
+        """Sets the variables, position last."""
+        values = {
+            "ACT": int(command.activate),
+            "GTO": int(command.go),
+            "SPE": command.speed,
+            "FOR": command.force,
+            "POS": command.position,
+        }
+        answer = self._ask("SET " + " ".join(f"{name} {value}" for name, value in values.items()))
+        if answer != "ack":
+            raise self._lose(f"it answered {answer!r} to a command, not 'ack'")
+
+    def status(self) -> GripperStatus:
+        """Asks for the variables, one by one: "PRE" echoes the position that was requested."""
+        v = {name: self._value(name) for name in ("ACT", "GTO", "STA", "OBJ", "FLT", "PRE", "POS")}
+        if v["OBJ"] not in set(Object):
+            raise self._lose(f"it tells of an object state {v['OBJ']}, which there is not")
+        return GripperStatus(
+            bool(v["ACT"]),
+            bool(v["GTO"]),
+            v["STA"],
+            Object(v["OBJ"]),
+            v["FLT"],
+            v["PRE"],
+            v["POS"],
+        )
+
+    def close(self) -> None:
+        """Ends the connection."""
+        self._lost = self._lost or "it was closed"
+        self._socket.close()
+
+    def _value(self, name: str) -> int:
+        answer = self._ask(f"GET {name}")
+        key, _, value = answer.partition(" ")
+        if key != name or not (value.isascii() and value.isdigit()) or int(value) > 0xFF:
+            raise self._lose(f"it answered {answer!r} to GET {name}")
+        return int(value)
+
+    def _ask(self, line: str) -> str:
+        """The answer, without its end. Lost for good at the first fault: what comes later may answer anything."""
+        with self._lock:
+            if self._lost:
+                raise LabError(f"{self.name} is lost: {self._lost}.")
+            try:
+                self._socket.sendall(line.encode() + b"\n")
+                answer = self._answer()
+            except OSError as error:
+                raise self._lose(f"it does not answer: {error}") from error
+        return answer.decode("ascii", "replace").strip()
+
+    def _answer(self) -> bytes:
+        """Up to the end of a line. "ack" has none, and neither have numbers of some versions: these end when nothing
+        more comes. Raises OSError.
+        """
+        answer = b""
+        while not answer.endswith((b"\n", b"ack")) and len(answer) < _MOST_BYTES:
+            self._socket.settimeout(_QUIET_S if answer.strip() else self._timeout_s)
+            try:
+                part = self._socket.recv(_MOST_BYTES)
+            except TimeoutError:
+                if answer.strip():
+                    return answer
+                raise
+            if not part:
+                raise OSError("it ended the connection")
+            answer += part
+        return answer
+
+    def _lose(self, why: str) -> LabError:
+        self._lost = why
+        self._socket.close()
+        return LabError(f"{self.name} is lost: {why}.")
+
+
+def _port(address: str, port: str) -> int:
+    if not port.isdigit() or not 0 < int(port) < 65536:
+        raise LabError(f"{address} is no address: host or host:port.")
+    return int(port)

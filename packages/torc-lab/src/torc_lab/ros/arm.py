@@ -1,0 +1,295 @@
+"""The `ArmDriver` of a FollowJointTrajectory controller, by rosbridge: ROS 1 and ROS 2."""
+
+import itertools
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+
+from torc.errors import InputError
+from torc.records import Trajectory
+from torc_lab.checks import thinned
+from torc_lab.exclusive import ControllerLock
+from torc_lab.protocols import ArmStatus, LabError
+from torc_lab.ros.joint_states import JointStates
+from torc_lab.ros.messages import (
+    ACTION_TYPES,
+    JOINT_STATE_TYPES,
+    RosVersion,
+    goal_message,
+    is_moving,
+    result_of,
+    robot_status_fault,
+    ur_safety_fault,
+)
+from torc_lab.rosbridge.client import Rosbridge, RosbridgeError
+from torc_lab.rosbridge.topics import published
+
+StatusKind = Literal["industrial", "ur", "none"]
+_FAULTS: dict[str, tuple[dict[int, str], Callable[[Any], str]]] = {
+    "industrial": (
+        {1: "industrial_msgs/RobotStatus", 2: "industrial_msgs/msg/RobotStatus"},
+        robot_status_fault,
+    ),
+    "ur": ({1: "ur_dashboard_msgs/SafetyMode", 2: "ur_dashboard_msgs/msg/SafetyMode"}, ur_safety_fault),
+}
+_PROOF_S, _PROOF_CANCEL_S = 4.0, 0.5
+"""Length of the motion on the spot by which cancelling is tried, and when it is cancelled."""
+_CANCELLED_WITHIN_S = 1.0
+_NOT_CANCELLED = {
+    1: "Does the action exist under that name, with these joints, and is its controller running? Try `rostopic echo "
+    "ACTION/status`.",
+    2: "Start rosbridge with send_action_goals_in_new_thread:=true.",
+}
+_CONNECTS_S = 0.5
+"""ROS 1 connects a new publisher to its readers so long after it was advertised; what is sent before is lost."""
+_FIRST_STATES = 50
+"""Looks for the first joint states within the time-out."""
+
+
+@dataclass(frozen=True)
+class RosArmConfig:
+    """Which arm.
+
+    Attributes:
+        url: of rosbridge.
+        ros: 1 or 2.
+        action: of the controller, e.g. /scaled_joint_trajectory_controller/follow_joint_trajectory. For a Motoman of
+            ROS 1 that of the group: sda10f/sda10f_r2_controller/joint_trajectory_action is the right arm of an SDA10F,
+            r1 its left one. The action for all groups sends groups that are not mentioned to zero, and checks nothing.
+        joint_names: as ROS calls the robot description's joints, in its order; none if it calls them the same.
+        joint_states, status_topic, status: topics, and what the second tells: industrial (RobotStatus), ur (SafetyMode)
+            or none, where only joint states and the controller's results tell of a stop.
+        stop_service: called beside cancelling, e.g. /stop_motion of a Motoman; "" for none.
+        start_tolerance_rad: a trajectory starts this close to where the arm is.
+        most_points: longer trajectories are thinned out (MotoROS2: 200).
+    """
+
+    url: str
+    ros: RosVersion
+    action: str
+    joint_names: tuple[str, ...] = ()
+    joint_states: str = "/joint_states"
+    status_topic: str = ""
+    status: StatusKind = "none"
+    stop_service: str = ""
+    start_tolerance_rad: float = 1e-3
+    most_points: int = 10_000
+    timeout_s: float = 5.0
+
+    def __post_init__(self) -> None:
+        if self.ros not in (1, 2):
+            raise InputError(f"ros is 1 or 2, not {self.ros}.")
+        if self.status not in (*_FAULTS, "none") or (self.status != "none") != bool(self.status_topic):
+            raise InputError("status is industrial or ur, with a status_topic; or none, without.")
+        if self.most_points < 2 or self.start_tolerance_rad <= 0:
+            raise InputError("RosArmConfig: at least 2 points, and a start tolerance above 0.")
+
+
+class RosArm:
+    """An arm behind rosbridge. It does not feel contacts. The connection is never made again by itself. Before the
+    first motion it only listens: no topic for goals is advertised, no goal is sent.
+    """
+
+    feels_contact = False
+
+    def __init__(self, config: RosArmConfig, joint_names: Sequence[str] = ()) -> None:
+        """Connects and waits for the first messages. joint_names: the robot description's, for a configuration without
+        any. Raises LabError, MissingDependencyError.
+        """
+        if not config.joint_names:
+            config = replace(config, joint_names=tuple(joint_names))
+        self.config, self.name = config, f"the arm of {config.action} at {config.url}"
+        self.start_tolerance_rad = config.start_tolerance_rad
+        self._goal = ""
+        self._ended: str | None = None
+        self._goals = itertools.count(1)
+        self._began = int(time.time())
+        self._advertised = self._proven = False
+        self._joints = JointStates()
+        self._lock: ControllerLock | None = None
+        try:
+            self._bridge = Rosbridge(config.url, config.timeout_s)
+        except RosbridgeError as error:
+            raise LabError(str(error)) from error
+        try:
+            self._listen()
+        except (RosbridgeError, LabError) as error:
+            self._bridge.close()
+            raise LabError(f"{self.name} does not tell its state: {error}") from error
+
+    def status(self) -> ArmStatus:
+        """The latest, as old as the oldest of the joints' states and the status. Raises LabError."""
+        self._latest(self.config.joint_states)
+        qpos, stamp_s = self._joints.of(self.config.joint_names)
+        stopped, moving = "", None
+        if self.config.status_topic:
+            told = self._latest(self.config.status_topic)
+            # UR tells its safety mode only when it changes.
+            stamp_s = min(stamp_s, told.stamp_s) if self.config.status == "industrial" else stamp_s
+            stopped, moving = _FAULTS[self.config.status][1](told.message), is_moving(told.message)
+        busy = bool(self._goal) and self.ended() is None
+        return ArmStatus(stamp_s, qpos, busy if moving is None else moving, stopped)
+
+    def other_joints(self) -> Mapping[str, float]:
+        """Positions of all joints that the joint states name, radians, as far as they are known."""
+        return self._joints.all()
+
+    def prove_cancel(self) -> None:
+        """Sends a motion on the spot and cancels it. Raises LabError if that ends it too late, as rosbridge for ROS 2
+        does by default: such an arm could not be stopped.
+        """
+        here = self.status().qpos
+        still = np.tile(here, (9, 1))
+        self._send(Trajectory(np.linspace(0, _PROOF_S, 9), still, np.zeros_like(still)))
+        time.sleep(_PROOF_CANCEL_S)
+        if self.ended() is None:
+            self._cancel()
+            deadline = time.monotonic() + _CANCELLED_WITHIN_S
+            while self.ended() is None and time.monotonic() < deadline:
+                time.sleep(0.01)
+        ended = self.ended()
+        if ended is None or (ended == "" and self.config.ros == 2):
+            self._goal = ""
+            raise LabError(
+                f"{self.name} cannot be stopped: a goal that was cancelled went on. {_NOT_CANCELLED[self.config.ros]}"
+            )
+        deadline = time.monotonic() + _CANCELLED_WITHIN_S
+        while (
+            self.status().moving and time.monotonic() < deadline
+        ):  # what it says of itself comes a little later
+            time.sleep(0.01)
+        # A controller of ROS 1 may call a motion on the spot done at once: cancelling is a topic of its own there.
+        self._proven = True
+
+    def start(self, trajectory: Trajectory) -> None:
+        """Sends a trajectory; before the first one, proves that it could be cancelled. Raises LabError."""
+        if not self._proven:
+            self.prove_cancel()
+        self._send(thinned(trajectory, self.config.most_points))
+
+    def ended(self) -> str | None:
+        """By the goal's first final status. Raises LabError if the connection is lost."""
+        if not self._goal:
+            return ""
+        result = self._result()
+        if self._ended is None:
+            self._ended = result
+        return self._ended
+
+    def stop(self) -> None:
+        """Cancels the goal, and calls the stop service. Raises LabError if it cannot be told."""
+        self._cancel()
+        if self.config.stop_service:
+            service = self.config.stop_service
+            threading.Thread(target=self._call_quietly, args=(service,), daemon=True).start()
+
+    def close(self) -> None:
+        """Ends the connection; a goal goes on: stop first."""
+        self._bridge.close()
+        if self._lock is not None:
+            self._lock.release()
+
+    def _result(self) -> str | None:
+        if self.config.ros == 2:
+            result = self._asked(lambda: self._bridge.goal_result(self._goal))
+            if result is None:
+                return None
+            values = result.get("values")
+            values = values if isinstance(values, dict) else {"error_string": values}
+            ended = result_of(result.get("status"), values.get("error_string"), values.get("error_code"), 2)
+            return "it ended without a final status" if ended is None else ended
+        latest = self._asked(lambda: self._bridge.latest(f"{self.config.action}/result"))
+        try:
+            if latest is None or latest.message["status"]["goal_id"]["id"] != self._goal:
+                return None
+            status, text = latest.message["status"]["status"], latest.message["status"].get("text")
+            return result_of(status, text, latest.message["result"].get("error_code"), 1)
+        except (KeyError, TypeError, AttributeError):
+            return "its result cannot be read"
+
+    def _listen(self) -> None:
+        config, ros = self.config, self.config.ros
+        self._bridge.subscribe(config.joint_states, JOINT_STATE_TYPES[ros], self._joints.take)
+        kinds = [JOINT_STATE_TYPES[ros]]
+        if config.status_topic:
+            kinds.append(_FAULTS[config.status][0][ros])
+            self._bridge.subscribe(config.status_topic, kinds[-1])
+        for topic, kind in zip(filter(None, (config.joint_states, config.status_topic)), kinds, strict=True):
+            self._await_first(topic, kind)
+        deadline = time.monotonic() + config.timeout_s
+        # Of several publishers the slowest may have our joints.
+        while not self._joints.knows(config.joint_names) and time.monotonic() < deadline:
+            time.sleep(config.timeout_s / _FIRST_STATES)
+        self.status()
+
+    def _await_first(self, topic: str, kind: str) -> None:
+        """Waits for a topic's first message. Raises RosbridgeError that names what is published instead."""
+        try:
+            self._bridge.receive(topic)
+        except RosbridgeError as error:
+            raise RosbridgeError(f"{error}{published(self._bridge, [kind])}") from error
+
+    def _take_arm(self) -> None:
+        """Once, before the first goal: makes sure that no other torc moves this arm, and advertises the goals' topics.
+        Raises LabError.
+        """
+        config = self.config
+        if self._advertised:
+            return
+        self._lock = self._lock or ControllerLock(f"{config.url}/{config.action}")
+        if config.ros == 1:
+            self._asked(lambda: self._advertise(config.action))
+            time.sleep(_CONNECTS_S)
+        self._advertised = True
+
+    def _advertise(self, action: str) -> None:
+        self._bridge.subscribe(f"{action}/result", ACTION_TYPES[1] + "ActionResult")
+        self._bridge.advertise(f"{action}/goal", ACTION_TYPES[1] + "ActionGoal")
+        self._bridge.advertise(f"{action}/cancel", "actionlib_msgs/GoalID")
+
+    def _send(self, trajectory: Trajectory) -> None:
+        self._take_arm()
+        config, self._ended = self.config, None
+        goal = goal_message(trajectory, config.joint_names, config.ros)
+        if config.ros == 2:
+            self._goal = self._asked(lambda: self._bridge.send_goal(config.action, ACTION_TYPES[2], goal))
+            return
+        self._goal = f"torc-{self._began}-{next(self._goals)}"
+        now = {"secs": 0, "nsecs": 0}
+        message = {
+            "header": {"stamp": now, "frame_id": ""},
+            "goal_id": {"stamp": now, "id": self._goal},
+            "goal": goal,
+        }
+        self._asked(lambda: self._bridge.publish(f"{config.action}/goal", message))
+
+    def _cancel(self) -> None:
+        config = self.config
+        if not self._goal:
+            return
+        if config.ros == 2:
+            self._asked(lambda: self._bridge.cancel_goal(config.action, self._goal))
+        else:
+            cancel = {"stamp": {"secs": 0, "nsecs": 0}, "id": self._goal}
+            self._asked(lambda: self._bridge.publish(f"{config.action}/cancel", cancel))
+
+    def _latest(self, topic: str) -> Any:
+        latest = self._asked(lambda: self._bridge.latest(topic))
+        if latest is None:
+            raise LabError(f"{self.name}: nothing came on {topic}.")
+        return latest
+
+    def _asked(self, ask: Callable[[], Any]) -> Any:
+        try:
+            return ask()
+        except RosbridgeError as error:
+            raise LabError(f"{self.name} is lost: {error}") from error
+
+    def _call_quietly(self, service: str) -> None:
+        with suppress(RosbridgeError):
+            self._bridge.call(service)

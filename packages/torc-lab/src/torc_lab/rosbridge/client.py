@@ -1,0 +1,300 @@
+"""A small client of rosbridge: topics, services and actions of ROS 1 or ROS 2, as JSON over a web socket.
+
+It is made for robots: nothing waits in a queue. Of each topic only the newest message is kept, and what cannot be sent
+now raises at once, so that no old command reaches a robot when a connection comes back. A lost connection is not made
+again: every call raises from then on. (Protocol: rosbridge_suite, ROSBRIDGE_PROTOCOL.md, version 2.)
+"""
+
+import itertools
+import json
+import threading
+import time
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any, Self
+
+from torc.errors import MissingDependencyError, TorcError, extra_remedy
+from torc_lab.rosbridge.fragments import Fragments
+
+_MAX_BYTES = 256 * 2**20
+"""Of one message: a picture of 20 megapixels as base64 has 80 MB."""
+_MOST_WAITING = 20
+"""Messages of a topic that the server keeps for a reader who wants them all."""
+_ALIVE_S = 5.0
+"""A server that does not answer a ping within this time is gone."""
+
+
+Take = Callable[[Any, float], None]
+
+
+class RosbridgeError(TorcError):
+    """rosbridge cannot be reached, is gone, refuses something, or is silent."""
+
+
+@dataclass(frozen=True)
+class Latest:
+    """The newest message of a topic: how many came up to it, and when it came, by `time.monotonic`."""
+
+    count: int
+    message: Any
+    stamp_s: float
+
+
+class Rosbridge:
+    """A connection. Close it, or use it in a `with`. May be used by several threads."""
+
+    def __init__(self, url: str, timeout_s: float = 5.0) -> None:
+        """Connects to a URL such as ws://robot:9090. Raises RosbridgeError, MissingDependencyError."""
+        try:
+            from websockets.exceptions import WebSocketException
+            from websockets.sync.client import connect
+        except ImportError as error:
+            raise MissingDependencyError("websockets, for rosbridge,", extra_remedy("lab")) from error
+        self.url, self._timeout_s = url, timeout_s
+        self._open = ExitStack()
+        try:
+            # From version 17 on, websockets wants a `with`.
+            self._socket = self._open.enter_context(
+                connect(
+                    url,
+                    open_timeout=timeout_s,
+                    close_timeout=1,
+                    max_size=_MAX_BYTES,
+                    compression=None,
+                    ping_interval=_ALIVE_S,
+                    ping_timeout=_ALIVE_S,
+                    proxy=None,
+                )
+            )
+        except (OSError, ValueError, WebSocketException) as error:
+            raise RosbridgeError(
+                f"rosbridge cannot be reached at {url}: {error or type(error).__name__}. Start it there (`ros2 launch "
+                "rosbridge_server rosbridge_websocket_launch.xml`, or roslaunch), and check address and port."
+            ) from error
+        self._numbers = itertools.count(1)
+        self._news = threading.Condition()
+        self._lost = ""
+        self._latest: dict[str, Latest] = {}
+        self._takes: dict[str, Take] = {}
+        self._answers: dict[str, Any] = {}
+        """Per id of a request, None until it is answered."""
+        self._refusals: dict[str, str] = {}
+        """What the server said of requests that it could not fulfil, by their id."""
+        self._fragments = Fragments(2 * _MAX_BYTES)
+        self._reader = threading.Thread(target=self._read, name="torc-rosbridge", daemon=True)
+        self._reader.start()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Ends the connection."""
+        with self._news:
+            self._lost = self._lost or "it was closed"
+            self._news.notify_all()
+        self._open.close()
+
+    @property
+    def lost(self) -> str:
+        """Why the connection is of no use any more; "" while it is."""
+        return self._lost
+
+    def subscribe(self, topic: str, kind: str = "", take: Take | None = None) -> str:
+        """Asks for a topic's messages; the id of that wish.
+
+        Args:
+            kind: type of its messages, e.g. sensor_msgs/Image; if it is not given the server looks it up, and ignores a
+                topic that nobody publishes.
+            take: called with every message and the time when it came, by `time.monotonic`, in the thread that reads. A
+                server drops messages for a slow reader then only if many wait; otherwise it keeps the newest alone.
+        """
+        wish = self._next_id("subscribe", topic)
+        typed = {"type": kind} if kind else {}
+        if take is not None:
+            self._takes[topic] = take
+        length = 1 if take is None else _MOST_WAITING
+        self._send({"op": "subscribe", "id": wish, "topic": topic, "queue_length": length, **typed})
+        return wish
+
+    def unsubscribe(self, topic: str, wish: str) -> None:
+        """Ends a wish of `subscribe`."""
+        self._send({"op": "unsubscribe", "id": wish, "topic": topic})
+        with self._news:
+            self._refusals.pop(wish, None)
+
+    def count(self, topic: str) -> int:
+        """How many messages of a topic came so far."""
+        with self._news:
+            return self._count(topic)
+
+    def latest(self, topic: str) -> Latest | None:
+        """The newest message of a topic that was subscribed to; None before the first. Never waits. Raises
+        RosbridgeError once the connection is lost.
+        """
+        self._check()
+        with self._news:
+            return self._latest.get(topic)
+
+    def receive(
+        self, topic: str, after: int = 0, timeout_s: float | None = None, wish: str = ""
+    ) -> tuple[int, Any]:
+        """The newest message of a topic as soon as more than `after` came, and how many came up to it.
+
+        Raises RosbridgeError after the time-out, at once if the connection is lost, and if the server refused the wish
+        of that id.
+        """
+
+        def there() -> bool:
+            return self._count(topic) > after
+
+        with self._news:
+            self._await(there, f"no message on {topic}", timeout_s, wish)
+            latest = self._latest[topic]
+            return latest.count, latest.message
+
+    def once(self, topic: str, kind: str = "", timeout_s: float | None = None) -> Any:
+        """One message of a topic, sent after this call, or latched. Raises as `receive`."""
+        before = self.count(topic)
+        wish = self.subscribe(topic, kind)
+        try:
+            return self.receive(topic, before, timeout_s, wish)[1]
+        finally:
+            if not self._lost:
+                self.unsubscribe(topic, wish)
+
+    def advertise(self, topic: str, kind: str) -> None:
+        """Says that messages of that type will be published."""
+        self._send({"op": "advertise", "id": self._next_id("advertise", topic), "topic": topic, "type": kind})
+
+    def publish(self, topic: str, message: Mapping[str, Any]) -> None:
+        """Sends a message now. Raises RosbridgeError if the connection is lost."""
+        self._send({"op": "publish", "topic": topic, "msg": dict(message)})
+
+    def call(
+        self, service: str, arguments: Mapping[str, Any] | None = None, timeout_s: float | None = None
+    ) -> dict[str, Any]:
+        """The answer of a service. Raises RosbridgeError if it fails, or is silent."""
+        wish = self._next_id("call", service)
+        with self._news:
+            self._answers[wish] = None
+        try:
+            self._send({"op": "call_service", "id": wish, "service": service, "args": dict(arguments or {})})
+            with self._news:
+                self._await(
+                    lambda: self._answers[wish] is not None,
+                    f"no answer of service {service}",
+                    timeout_s,
+                    wish,
+                )
+        finally:
+            with self._news:
+                answer = self._answers.pop(wish)
+        if not answer.get("result", True):
+            raise RosbridgeError(f"rosbridge at {self.url}: service {service} failed: {answer.get('values')}")
+        values = answer.get("values", {})
+        return values if isinstance(values, dict) else {"value": values}
+
+    def send_goal(self, action: str, kind: str, goal: Mapping[str, Any]) -> str:
+        """Sends a goal to an action of ROS 2 now, and returns its id. Raises RosbridgeError."""
+        wish = self._next_id("goal", action)
+        with self._news:
+            self._answers[wish] = None
+        self._send(
+            {"op": "send_action_goal", "id": wish, "action": action, "action_type": kind, "args": dict(goal)}
+        )
+        return wish
+
+    def cancel_goal(self, action: str, goal: str) -> None:
+        """Asks for the end of a goal of ROS 2. Raises RosbridgeError."""
+        self._send({"op": "cancel_action_goal", "id": goal, "action": action})
+
+    def goal_result(self, goal: str) -> dict[str, Any] | None:
+        """How a goal of ROS 2 ended: its `status`, and its `values`; None as long as it goes on. Raises RosbridgeError
+        if the server refused it, or the connection is lost.
+        """
+        self._check()
+        with self._news:
+            if goal in self._refusals:
+                raise RosbridgeError(f"rosbridge at {self.url} refuses: {self._refusals[goal]}")
+            return self._answers.get(goal)
+
+    def _count(self, topic: str) -> int:
+        """With the lock held."""
+        latest = self._latest.get(topic)
+        return 0 if latest is None else latest.count
+
+    def _next_id(self, what: str, name: str) -> str:
+        return f"{what}:{name}:{next(self._numbers)}"
+
+    def _send(self, request: Mapping[str, Any]) -> None:
+        from websockets.exceptions import WebSocketException
+
+        self._check()
+        try:
+            self._socket.send(json.dumps(request))
+        except (OSError, WebSocketException) as error:
+            self._lose(error)
+            self._check()
+
+    def _check(self) -> None:
+        if self._lost:
+            raise RosbridgeError(f"The connection to rosbridge at {self.url} is lost: {self._lost}.")
+
+    def _await(self, there: Callable[[], bool], silence: str, timeout_s: float | None, wish: str) -> None:
+        """Waits, with the lock held, until it is there. Raises RosbridgeError.
+
+        Most servers say nothing of what they refuse, and only a time-out shows it.
+        """
+        seconds = self._timeout_s if timeout_s is None else timeout_s
+        self._news.wait_for(lambda: there() or self._lost or wish in self._refusals, seconds)
+        if there():
+            return
+        self._check()
+        if wish in self._refusals:
+            raise RosbridgeError(f"rosbridge at {self.url} refuses: {self._refusals.pop(wish)}")
+        raise RosbridgeError(
+            f"rosbridge at {self.url}: {silence} within {seconds:g} s. Does anybody offer that, under that name?"
+        )
+
+    def _read(self) -> None:
+        """Takes in all that comes, until the connection ends."""
+        try:
+            for text in self._socket:
+                self._take(text)
+        except Exception as error:  # whatever ends the reader, nobody may wait for it any more
+            self._lose(error)
+        else:
+            self._lose(None)
+
+    def _take(self, text: str | bytes) -> None:
+        try:
+            message = json.loads(text)
+            what, topic = message["op"], message.get("topic", "")
+        except (ValueError, TypeError, LookupError, AttributeError) as error:
+            raise TorcError(f"it sent what is no message of rosbridge: {text[:80]!r}") from error
+        with self._news:
+            if what == "fragment":
+                text = self._fragments.joined(message)
+            elif what == "publish":
+                self._latest[topic] = Latest(self._count(topic) + 1, message.get("msg"), time.monotonic())
+                if topic in self._takes:
+                    self._takes[topic](message.get("msg"), self._latest[topic].stamp_s)
+            elif what in ("service_response", "action_result") and message.get("id") in self._answers:
+                self._answers[message["id"]] = self._answers[message["id"]] or message  # the first counts
+            elif what == "status" and message.get("level") == "error":
+                self._refusals[str(message.get("id"))] = str(message.get("msg"))
+            self._news.notify_all()
+        if what == "fragment" and text:
+            self._take(text)
+
+    def _lose(self, error: BaseException | None) -> None:
+        with self._news:
+            self._lost = self._lost or str(error or "the server ended it")
+            self._news.notify_all()

@@ -1,0 +1,245 @@
+"""A scene that is laid out again and again (`torc-scene/1`): a directory with its reference and its target."""
+
+import json
+import os
+import re
+import shutil
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import cv2
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from torc.drawing.marking import mark_image
+from torc.episode.log import digest
+from torc.errors import InputError
+from torc.io.digests import fingerprint
+from torc.io.pictures import write_png
+from torc.io.reading import read_bytes
+from torc.io.record_files import load_checked, save_record
+from torc.io.results import check_place, write_json
+from torc.perception.checked_scenes import ask_camera, ask_depth, ask_perception
+from torc.perception.protocol import Picture, Wanted
+from torc.perception.target import MAX_PICTURES, load_pictures
+from torc.pipeline.building import make_stage
+from torc.pipeline.frames.plausibility import clean_depth
+from torc.records import BACKGROUND, TARGET_ID, Observation, SegmentedScene
+from torc.registry.context import BuildContext
+from torc.registry.kinds import DEPTHS, PERCEPTIONS
+from torc.robots.protocols import Camera
+from torc_lab.lab_file import Lab
+from torc_lab.protocols import LabError
+
+SCENE_FORMAT = "torc-scene/1"
+FACTS, REFERENCE, SEEN = "scene.json", "reference.npz", "seen.png"
+PICTURES = 5
+"""Snapshots whose median is the reference."""
+_NAME = r"\w[\w.-]{0,63}"
+_FROZEN_S, _BETWEEN_S = 3.0, 0.05
+_LEAST_PX = 60
+"""An object that shows less is no measure of anything."""
+_MAX_BYTES, _MAX_FACTS_BYTES = 512 * 2**20, 2**20
+_AGAIN = "Store it again: `torc lab scene`."
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What has to lie where, and what is to be retrieved.
+
+    Attributes:
+        name: stands for the problem in results, after "scene-".
+        lab: name of the lab file with which it was stored.
+        wanted: the target.
+        reference: the median of some snapshots; its `label_image` holds the masks that perception found, by the numbers
+            of `seen.png`: 0 is the target, if it was in sight.
+    """
+
+    name: str
+    lab: str
+    wanted: Wanted
+    reference: Observation = field(repr=False)
+
+    @property
+    def problem(self) -> str:
+        """What stands for a problem's name: no shipped problem is called so."""
+        return f"scene-{self.name}"
+
+    @cached_property
+    def ids(self) -> tuple[int, ...]:
+        """Numbers of the objects, rising."""
+        label = self.reference.label_image
+        return () if label is None else tuple(np.unique(label[label >= 0]).tolist())
+
+    @property
+    def target_in_sight(self) -> bool:
+        """Whether perception knew the target in the reference."""
+        return TARGET_ID in self.ids
+
+    @cached_property
+    def digest(self) -> str:
+        """Of all that decides what is laid out and retrieved."""
+        o, wanted = self.reference, self.wanted
+        arrays = [o.rgb, o.depth_m, *([] if o.label_image is None else [o.label_image]), *wanted.pictures]
+        told = {"told": wanted.description, "mark": list(wanted.mark), "seen": digest(*arrays)}
+        return fingerprint(told if wanted.size_m is None else {**told, "size_m": list(wanted.size_m)})
+
+
+class _SceneFile(BaseModel):
+    model_config = ConfigDict(extra="ignore", frozen=True)
+    format: Literal["torc-scene/1"]
+    name: Annotated[str, Field(pattern=f"^{_NAME}$")]
+    lab: Annotated[str, Field(max_length=100)]
+    description: Annotated[str, Field(max_length=10_000)]
+    mark: Annotated[tuple[int, ...], Field(max_length=4)]
+    pictures: Annotated[int, Field(ge=0, le=MAX_PICTURES)]
+    size_m: tuple[float, float] | None = None
+
+
+class Eyes:
+    """Snapshots as a lab's trials see them: with the depth of its depth stage, and what its perception finds."""
+
+    def __init__(self, lab: Lab, camera: Camera) -> None:
+        """camera: open. Raises InputError for a depth stage that cannot be made."""
+        self._lab, self._camera, self._last_stamp_s = lab, camera, 0.0
+        self._depth = make_stage(lab.conditions, "depth", BuildContext(workspace=lab.workspace))
+
+    def look(self) -> Observation:
+        """A new snapshot; labels that its source knows are left out. Raises LabError where none comes, InputError,
+        CameraError, PartError.
+        """
+        given_up = time.monotonic() + _FROZEN_S
+        while (found := ask_camera(self._camera)).stamp_s == self._last_stamp_s != 0:
+            if time.monotonic() > given_up:
+                raise LabError("The camera is frozen: it gives the same picture again and again.")
+            time.sleep(_BETWEEN_S)
+        self._last_stamp_s = found.stamp_s
+        found = ask_depth(self._depth, found)
+        return replace(found, depth_m=clean_depth("The snapshot", found.depth_m), label_image=None, pair=None)
+
+    def find(self, seen: Observation, wanted: Wanted) -> SegmentedScene:
+        """The objects in a snapshot. Raises InputError for a perception that is given its masks, or cannot be made."""
+        context = BuildContext(workspace=self._lab.workspace)
+        rough = DEPTHS.traits(self._depth).rough
+        perception = make_stage(self._lab.conditions, "perception", context, rough=rough)
+        if PERCEPTIONS.traits(perception).needs_labels:
+            raise InputError(
+                "Perception 'labels' finds nothing in real pictures: name another in the lab file."
+            )
+        return ask_perception(perception, seen, wanted, None)
+
+
+def record_scene(
+    name: str,
+    lab: Lab,
+    wanted: Wanted,
+    eyes: Eyes,
+    pictures: int = PICTURES,
+    say: Callable[[str], None] = print,
+) -> tuple[Scene, SegmentedScene]:
+    """The scene that lies before the camera now, and what perception made of it. Raises InputError: no object."""
+    say(f"Taking {pictures} pictures: leave everything as it is.")
+    shots = [eyes.look() for _ in range(pictures)]
+    found = eyes.find(median_picture(shots), wanted)
+    label = np.where(np.isin(found.label_image, found.ids), found.label_image, BACKGROUND).astype(np.int16)
+    for k in found.ids:
+        if np.count_nonzero(label == k) < _LEAST_PX:
+            label[label == k] = BACKGROUND
+    if not (label >= 0).any():
+        raise InputError(
+            "No object is in sight. Lay the scene out first; `torc camera show` and `torc lab check` tell what the "
+            "camera sees."
+        )
+    return Scene(name, lab.name, wanted, replace(found.observation, label_image=label)), found
+
+
+def median_picture(shots: Sequence[Observation]) -> Observation:
+    """The median of snapshots of one scene; depth where at least half of them have a reading. As the last one else."""
+    read = np.stack([np.where(s.depth_m > 0, s.depth_m, np.nan) for s in shots])
+    often = np.isfinite(read).mean(axis=0) >= 0.5
+    depth = np.zeros(often.shape, np.float32)
+    depth[often] = np.nanmedian(read[:, often], axis=0)
+    color = np.rint(np.median(np.stack([s.rgb for s in shots]), axis=0)).astype(np.uint8)
+    return replace(shots[-1], rgb=color, depth_m=depth)
+
+
+def check_scene_place(directory: Path, overwrite: bool) -> None:
+    """Raises InputError where a scene cannot be stored: before it is laid out, rather than after."""
+    check_place(directory, overwrite, FACTS, "scene")
+    if not re.fullmatch(_NAME, directory.name):
+        raise InputError(f"A scene's name has letters, digits, '.', '_' and '-', unlike '{directory.name}'.")
+
+
+def save_scene(
+    scene: Scene, directory: Path, overwrite: bool = False, found: SegmentedScene | None = None
+) -> None:
+    """Writes the directory of a scene, whole or not at all; `found` for the picture with the numbers. Raises InputError
+    if the directory exists (and not overwrite), is no scene, or cannot be written.
+    """
+    check_scene_place(directory, overwrite)
+    aside = directory.with_name(directory.name + ".partial")
+    facts = {
+        "format": SCENE_FORMAT,
+        "name": scene.name,
+        "lab": scene.lab,
+        "description": scene.wanted.description,
+        "mark": list(scene.wanted.mark),
+        "pictures": len(scene.wanted.pictures),
+        "size_m": scene.wanted.size_m and list(scene.wanted.size_m),
+        "objects": list(scene.ids),
+    }
+    try:
+        shutil.rmtree(aside, ignore_errors=True)
+        aside.mkdir(parents=True)
+        save_record(scene.reference, aside / REFERENCE)
+        for number, picture in enumerate(scene.wanted.pictures):
+            code = cv2.COLOR_RGBA2BGRA if picture.shape[2] == 4 else cv2.COLOR_RGB2BGR
+            (aside / _picture(number)).write_bytes(
+                cv2.imencode(".png", cv2.cvtColor(picture, code))[1].tobytes()
+            )
+        if found is not None:
+            write_png(aside / SEEN, mark_image(found))
+        write_json(aside / FACTS, facts)
+        if directory.exists():
+            shutil.rmtree(directory)
+        os.replace(aside, directory)
+    except OSError as error:
+        raise InputError(
+            f"Cannot write to '{directory}': {error.strerror}. Choose another directory."
+        ) from error
+
+
+def is_scene(directory: Path) -> bool:
+    """Whether a scene was stored there."""
+    return (directory / FACTS).is_file()
+
+
+def load_scene(directory: Path) -> Scene:
+    """A scene that was stored. Raises InputError if it is missing or damaged: it may come from a stranger."""
+    if not is_scene(directory):
+        raise InputError(f"'{directory}' holds no scene. `torc lab scene {directory} --lab FILE` stores one.")
+    path = directory / FACTS
+    try:
+        plain: Any = json.loads(read_bytes(path, _MAX_FACTS_BYTES, "facts of a scene"))
+        facts = _SceneFile.model_validate(plain)
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(map(str, first["loc"]))
+        raise InputError(f"{path}: {where}: {first['msg']}. {_AGAIN}") from None
+    except ValueError as error:
+        raise InputError(f"{path} is damaged: {error}. {_AGAIN}") from None
+    reference = load_checked(directory / REFERENCE, Observation, _MAX_BYTES, "reference of a scene")
+    label, shape = reference.label_image, reference.depth_m.shape
+    if label is None or label.dtype != np.int16 or label.shape != shape or reference.rgb.shape != (*shape, 3):
+        raise InputError(f"'{directory / REFERENCE}' holds no reference of a scene. {_AGAIN}")
+    pictures: tuple[Picture, ...] = load_pictures([directory / _picture(k) for k in range(facts.pictures)])
+    wanted = Wanted(facts.description, pictures, facts.mark, facts.size_m)
+    return Scene(facts.name, facts.lab, wanted, reference)
+
+
+def _picture(number: int) -> str:
+    return f"target_{number + 1}.png"

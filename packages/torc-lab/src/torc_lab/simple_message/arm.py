@@ -1,0 +1,294 @@
+"""The `ArmDriver` of a Motoman controller with MotoROS, spoken to without ROS."""
+
+import itertools
+import threading
+import time
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+
+import numpy as np
+
+from torc.errors import InputError
+from torc.records import Trajectory
+from torc_lab.checks import thinned
+from torc_lab.exclusive import ControllerLock
+from torc_lab.protocols import ArmStatus, LabError
+from torc_lab.simple_message.channel import Channel
+from torc_lab.simple_message.messages import (
+    JOINTS,
+    MOTION_PORT,
+    STATE_PORT,
+    ByteOrder,
+    Comm,
+    Command,
+    Frame,
+    Kind,
+    MotionReply,
+    Result,
+    RobotStatus,
+    TrajectoryPoint,
+    feedback_of,
+    motion_ctrl,
+)
+
+_BUSY_S, _POLL_S = 0.005, 0.05
+_POINT_S = 0.04
+"""Time between the points that are sent: each takes an exchange, and the controller bends a curve through them."""
+_FIRST = 3
+"""Times the time-out: until the controller has told its state for the first time."""
+
+
+@dataclass(frozen=True)
+class MotomanConfig:
+    """Where the controller is.
+
+    Attributes:
+        host: its name or address.
+        group: which of the controller's groups the arm is, counted from 0. Two-armed robots count the left arm first:
+            the right arm of an SDA10F is group 1.
+        motion_port, state_port: of MotoROS.
+        timeout_s: for one answer.
+    """
+
+    host: str
+    group: int
+    motion_port: int = MOTION_PORT
+    state_port: int = STATE_PORT
+    timeout_s: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.group <= 3 or not self.timeout_s > 0:
+            raise InputError("MotomanConfig: group is 0 to 3, timeout_s above 0.")
+
+
+class MotomanArm:
+    """One group of a controller, e.g. the right arm of an SDA10F.
+
+    It does not feel contacts. The controller stops all groups at once, and checks that a trajectory starts within 30
+    pulses of where the arm is.
+
+    The connection for motions is opened by the first command, not before. A controller keeps up to .8 s of motion when
+    its client dies, and plays it as soon as the next one connects; therefore the first frame on a new connection is a
+    stop. (Source: motoman_driver 1.9.12, MotionServer.c: a closed connection deletes the tasks, not the queue.)
+    """
+
+    feels_contact = False
+    start_tolerance_rad = 1e-4
+
+    def __init__(self, config: MotomanConfig, dof: int) -> None:
+        """Connects and waits for the first state. dof: joints of the arm. Raises LabError, InputError."""
+        if not 1 <= dof <= JOINTS:
+            raise InputError(f"A group of a Motoman has at most {JOINTS} joints, not {dof}.")
+        host, timeout_s = config.host, config.timeout_s
+        self.name, self.group, self.dof = f"Motoman at {host}, group {config.group}", config.group, dof
+        self._news = threading.Condition()
+        self._qpos: np.ndarray | None = None
+        self._others: dict[str, float] = {}
+        self._robot: RobotStatus | None = None
+        self._stamps = [0.0, 0.0]
+        self._lost = ""
+        self._state = Channel(host, config.state_port, timeout_s)
+        self._reader = threading.Thread(target=self._read, name="torc-motoman-state", daemon=True)
+        self._reader.start()
+        self._await_first_state(_FIRST * timeout_s)
+        self._config = config
+        self._motion: Channel | None = None
+        self._lock: ControllerLock | None = None
+        self._opening = threading.RLock()
+        self._sequence = itertools.count(1)
+        self._ended: str | None = ""
+        self._cancelled = threading.Event()
+
+    def status(self) -> ArmStatus:
+        """The latest; as old as the older of positions and state. Raises LabError if the connection is lost."""
+        with self._news:
+            if self._lost:
+                raise LabError(self._lost)
+            assert self._qpos is not None
+            assert self._robot is not None
+            moving = self._robot.in_motion != 0
+            return ArmStatus(min(self._stamps), self._qpos.copy(), moving, self._robot.stopped)
+
+    def other_joints(self) -> Mapping[str, float]:
+        """The first joint of every other group, radians: that of a torso is its only one. Raises LabError."""
+        with self._news:
+            if self._lost:
+                raise LabError(self._lost)
+            return dict(self._others)
+
+    def enable(self) -> None:
+        """Powers the servos and lets trajectories in (the controller's job INIT_ROS). **The brakes open.** Raises
+        LabError with the controller's reason.
+        """
+        self._command(Command.START_TRAJ_MODE)
+
+    def disable(self) -> None:
+        """Lets no trajectories in any more, so that the pendant has the robot again. Raises LabError."""
+        self._command(Command.STOP_TRAJ_MODE)
+
+    def start(self, trajectory: Trajectory) -> None:
+        """Sends the first point, which the controller checks, and goes on sending. Raises LabError if it refuses."""
+        self._command(Command.CHECK_MOTION_READY)
+        trajectory = thinned(trajectory, max(2, int(np.ceil(trajectory.duration_s / _POINT_S)) + 1))
+        self._cancelled, self._ended = threading.Event(), None
+        refused = self._send(trajectory, 0, self._cancelled)
+        if refused:
+            self._ended = refused
+            raise LabError(f"{self.name} refuses the trajectory: {refused}.")
+        threading.Thread(
+            target=self._stream, args=(trajectory, self._cancelled), name="torc-motoman-motion", daemon=True
+        ).start()
+
+    def ended(self) -> str | None:
+        """None until all points are sent and the controller's queue is empty. Raises LabError if it is lost."""
+        with self._news:
+            if self._lost:
+                raise LabError(self._lost)
+        return self._ended
+
+    def stop(self) -> None:
+        """Sends no further points, and clears the controller's queue; nothing if this connection has moved nothing.
+        Raises LabError if the controller cannot be reached.
+        """
+        self._cancelled.set()
+        if self._ended is None:
+            self._ended = "torc stopped it"
+        if self._motion is not None:
+            self._command(Command.STOP_MOTION)
+
+    def close(self) -> None:
+        """Stops, and ends both connections."""
+        with suppress(LabError):
+            self.stop()  # the controller would keep its queue for whoever connects next
+        with self._news:
+            self._lost = self._lost or f"{self.name} was closed."
+        self._state.close()
+        if self._motion is not None:
+            self._motion.close()
+        if self._lock is not None:
+            self._lock.release()
+
+    def _opened(self) -> Channel:
+        """The connection for motions. Opening it stops whatever the controller still has in its queue. Raises LabError,
+        also if another torc moves this controller.
+        """
+        with self._opening:
+            if self._motion is None:
+                host, port = self._config.host, self._config.motion_port
+                self._lock = self._lock or ControllerLock(f"{host}:{port}")
+                # Commands have the byte order of the state connection.
+                self._motion = Channel(host, port, self._config.timeout_s, self._state.order)
+                try:
+                    self._command(Command.STOP_MOTION)
+                except LabError as error:
+                    self._motion.close()
+                    self._motion = None
+                    raise LabError(
+                        f"{self.name} could not be stopped before the first motion: {error} Does another client move "
+                        "this controller? It takes one at a time."
+                    ) from error
+            return self._motion
+
+    def _await_first_state(self, seconds: float) -> None:
+        with self._news:
+            known = self._news.wait_for(
+                lambda: self._lost or (self._qpos is not None and self._robot), seconds
+            )
+        if self._lost or not known:
+            self._state.close()
+            raise LabError(self._lost or f"{self.name} does not tell its state: is there such a group?")
+
+    def _command(self, command: Command) -> int:
+        """The subcode of a command that succeeded. Raises LabError with the reason of one that did not."""
+        sequence = next(self._sequence)
+        body = motion_ctrl(self.group, sequence, command, self._order)
+        reply = self._asked(Frame(Kind.MOTION_CTRL, Comm.REQUEST, body))
+        if (reply.command, reply.sequence) != (command, sequence):
+            raise self._lose(
+                f"{self.name} answered something else than command {command} of number {sequence}."
+            )
+        if reply.result != Result.SUCCESS:
+            raise LabError(f"{self.name} refuses {command.name}: {reply.reason}.")
+        return reply.subcode
+
+    @property
+    def _order(self) -> ByteOrder:
+        return self._state.order or "big"
+
+    def _asked(self, frame: Frame) -> MotionReply:
+        reply = self._opened().ask(frame)
+        if reply.kind != Kind.MOTION_REPLY:
+            raise self._lose(f"{self.name} answered with a message of type {reply.kind}.")
+        return MotionReply.unpack(reply.body, self._order)
+
+    def _send(self, trajectory: Trajectory, k: int, cancelled: threading.Event) -> str:
+        """Sends one point, again as long as the controller is busy; why it was refused, or ""."""
+        t, q, v = trajectory.times_s[k], trajectory.qpos[k], trajectory.qvel[k]
+        point = TrajectoryPoint(self.group, k, float(t), q, v)
+        frame = Frame(Kind.JOINT_TRAJ_PT_FULL, Comm.REQUEST, point.pack(self._order))
+        while not cancelled.is_set():
+            reply = self._asked(frame)
+            # MotoROS of old leaves the number out.
+            if reply.command != Kind.JOINT_TRAJ_PT_FULL or reply.sequence not in (k, -1):
+                raise self._lose(f"{self.name} answered something else than point {k}.")
+            if reply.result == Result.SUCCESS:
+                return ""
+            if reply.result != Result.BUSY:
+                return f"point {k}: {reply.reason}"
+            cancelled.wait(_BUSY_S)
+        return "torc stopped it"
+
+    def _stream(self, trajectory: Trajectory, cancelled: threading.Event) -> None:
+        """Sends the other points, and waits until the queue is empty."""
+        try:
+            for k in range(1, len(trajectory.times_s)):
+                if refused := self._send(trajectory, k, cancelled):
+                    self._finish(refused, cancelled)
+                    return
+            while not cancelled.wait(_POLL_S):
+                if self._command(Command.CHECK_QUEUE_COUNT) == 0:
+                    self._finish("", cancelled)
+                    return
+        except LabError as error:
+            self._finish(str(error), cancelled)
+
+    def _finish(self, how: str, cancelled: threading.Event) -> None:
+        if not cancelled.is_set():
+            self._ended = how
+
+    def _read(self) -> None:
+        """Takes in what the controller tells of itself."""
+        takes: dict[int, Callable[[Frame], bool]] = {
+            Kind.ROBOT_STATUS: self._take_status,
+            Kind.JOINT_FEEDBACK: self._take_feedback,
+            Kind.JOINT_FEEDBACK_EX: self._take_feedback,
+        }
+        try:
+            while True:
+                frame = self._state.receive()
+                with self._news:
+                    if frame.kind in takes and takes[frame.kind](frame):
+                        self._news.notify_all()
+        except Exception as error:  # whatever ends the reader, nobody may go on without it
+            self._lose(f"{self.name} is lost: {error}")
+
+    def _take_status(self, frame: Frame) -> bool:
+        self._robot = RobotStatus.unpack(frame.body, self._order)
+        self._stamps[0] = time.monotonic()
+        return True
+
+    def _take_feedback(self, frame: Frame) -> bool:
+        for feedback in feedback_of(frame, self._order):
+            if feedback.group == self.group:
+                self._qpos = feedback.qpos[: self.dof]
+                self._stamps[1] = time.monotonic()
+            else:
+                self._others[f"group {feedback.group}"] = float(feedback.qpos[0])
+        return self._qpos is not None
+
+    def _lose(self, why: str) -> LabError:
+        with self._news:
+            self._lost = self._lost or why
+            self._news.notify_all()
+        return LabError(self._lost)

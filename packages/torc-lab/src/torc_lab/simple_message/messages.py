@@ -1,0 +1,275 @@
+"""The messages of MotoROS, byte for byte, in either byte order.
+
+A frame is the length of what follows, then message type, communication type and reply type, then the body; all numbers
+have four bytes. (Source: motoman_driver 1.9.12, MotoPlus/SimpleMessage.h; ROS-Industrial's simple_message.)
+"""
+
+import struct
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Literal, Self
+
+import numpy as np
+from jaxtyping import Float
+
+from torc_lab.protocols import LabError
+
+ByteOrder = Literal["big", "little"]
+"""FS100: big. DX100, DX200, YRC1000: little."""
+MOTION_PORT, STATE_PORT = 50240, 50241
+JOINTS = 10
+"""Numbers per joint quantity in a message, whatever the robot has."""
+_HEADER = 12
+MAX_LENGTH = 4096
+"""Of what follows the length; the longest message has 544 bytes."""
+
+
+class Kind(IntEnum):
+    """Message types."""
+
+    ROBOT_STATUS = 13
+    JOINT_TRAJ_PT_FULL = 14
+    JOINT_FEEDBACK = 15
+    MOTION_CTRL = 2001
+    MOTION_REPLY = 2002
+    JOINT_FEEDBACK_EX = 2017
+
+
+class Comm(IntEnum):
+    """Communication types."""
+
+    TOPIC = 1
+    REQUEST = 2
+    REPLY = 3
+
+
+class Command(IntEnum):
+    """Of a MOTION_CTRL message."""
+
+    CHECK_MOTION_READY = 200101
+    CHECK_QUEUE_COUNT = 200102
+    STOP_MOTION = 200111
+    START_SERVOS = 200112
+    STOP_SERVOS = 200113
+    RESET_ALARM = 200114
+    START_TRAJ_MODE = 200121
+    STOP_TRAJ_MODE = 200122
+
+
+class Result(IntEnum):
+    """Of a MOTION_REPLY message. BUSY: send the point again."""
+
+    SUCCESS = 0
+    BUSY = 1
+    FAILURE = 2
+    INVALID = 3
+    ALARM = 4
+    NOT_READY = 5
+    MP_FAILURE = 6
+
+
+SUBCODES = {
+    3001: "a message of wrong size",
+    3002: "a wrong message header",
+    3003: "a wrong message type",
+    3004: "a group that it does not have",
+    3005: "a wrong sequence number",
+    3006: "an unknown command",
+    3010: "wrong data",
+    3011: "the trajectory does not start where the arm is",
+    3012: "a position out of range",
+    3013: "a joint would move too fast",
+    3014: "a joint would be accelerated too much",
+    3015: "a point without time, position or velocity",
+    3016: "a time that is too long",
+    3017: "a tool that it does not have",
+    5001: "there is an alarm",
+    5002: "there is an error",
+    5003: "e-stop",
+    5004: "it is not in play mode",
+    5005: "it is not in remote mode",
+    5006: "the servos are off",
+    5007: "it is on hold",
+    5008: "its job INIT_ROS is not started",
+    5009: "its job waits for ROS",
+    5010: "it waits at SKILLSEND",
+    5011: "it was stopped by its power and force limit",
+    5012: "an incremental move failed",
+}
+_ALL_FIELDS = 1 | 2 | 4
+"""Time, position and velocity are there."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A message: what it is, and its body as it came."""
+
+    kind: int
+    comm: int
+    body: bytes
+    reply: int = 0
+
+    def pack(self, order: ByteOrder) -> bytes:
+        """With its length in front."""
+        header = struct.pack(_sign(order) + "4i", _HEADER + len(self.body), self.kind, self.comm, self.reply)
+        return header + self.body
+
+    @classmethod
+    def unpack(cls, data: bytes, order: ByteOrder) -> Self:
+        """Of what follows the length. Raises LabError if that is too short."""
+        if len(data) < _HEADER:
+            raise LabError(f"A message of simple_message has at least {_HEADER} bytes, not {len(data)}.")
+        kind, comm, reply = struct.unpack(_sign(order) + "3i", data[:_HEADER])
+        return cls(kind, comm, data[_HEADER:], reply)
+
+
+def byte_order(length: bytes) -> ByteOrder:
+    """The order in which a length of four bytes makes sense. Raises LabError if it does in none, or both."""
+    found: list[ByteOrder] = [o for o in _ORDERS if _HEADER <= int.from_bytes(length, o) <= MAX_LENGTH]
+    if len(found) != 1:
+        raise LabError(f"It sent {length.hex(' ')}, which is no length of a message of simple_message.")
+    return found[0]
+
+
+@dataclass(frozen=True)
+class RobotStatus:
+    """The controller's state: 1 yes, 0 no, -1 unknown; `mode` is 1 for teach and 2 for play."""
+
+    drives_powered: int
+    e_stopped: int
+    error_code: int
+    in_error: int
+    in_motion: int
+    mode: int
+    motion_possible: int
+
+    def pack(self, order: ByteOrder) -> bytes:
+        """The body."""
+        return struct.pack(_sign(order) + "7i", *vars(self).values())
+
+    @classmethod
+    def unpack(cls, body: bytes, order: ByteOrder) -> Self:
+        """Raises LabError for another size."""
+        return cls(*_numbers("7i", body, order))
+
+    @property
+    def stopped(self) -> str:
+        """Why nothing moves, "" if it may. What is unknown does not count as well."""
+        reasons = {
+            "e-stop": self.e_stopped != 0,
+            f"alarm {self.error_code}": self.in_error != 0,
+            "teach mode": self.mode != 2,
+            "the servos are off": self.drives_powered != 1,
+            "it is not ready for motion": self.motion_possible != 1,
+        }
+        return next((text for text, true in reasons.items() if true), "")
+
+
+@dataclass(frozen=True)
+class TrajectoryPoint:
+    """One point of a group's trajectory; number 0 is where the arm is."""
+
+    group: int
+    sequence: int
+    time_s: float
+    qpos: Float[np.ndarray, "dof"]
+    qvel: Float[np.ndarray, "dof"]
+
+    def pack(self, order: ByteOrder) -> bytes:
+        """The body."""
+        numbers = [self.time_s, *_padded(self.qpos), *_padded(self.qvel), *[0.0] * JOINTS]
+        return struct.pack(_sign(order) + "3i31f", self.group, self.sequence, _ALL_FIELDS, *numbers)
+
+    @classmethod
+    def unpack(cls, body: bytes, order: ByteOrder) -> Self:
+        """With all JOINTS numbers. Raises LabError for another size, or fields that are left out."""
+        group, sequence, valid, time_s, *rest = _numbers("3i31f", body, order)
+        if valid & _ALL_FIELDS != _ALL_FIELDS:
+            raise LabError("A point has no time, position or velocity.")
+        return cls(group, sequence, time_s, np.array(rest[:JOINTS]), np.array(rest[JOINTS : 2 * JOINTS]))
+
+
+@dataclass(frozen=True)
+class Feedback:
+    """Where one group is; received with all JOINTS numbers."""
+
+    group: int
+    qpos: Float[np.ndarray, "n"]
+
+    def pack(self, order: ByteOrder) -> bytes:
+        """The body of a JOINT_FEEDBACK."""
+        return struct.pack(
+            _sign(order) + "2i31f", self.group, 2, 0.0, *_padded(self.qpos), *[0.0] * 2 * JOINTS
+        )
+
+
+def feedback_of(frame: Frame, order: ByteOrder) -> tuple[Feedback, ...]:
+    """The groups' positions in a JOINT_FEEDBACK or JOINT_FEEDBACK_EX. Raises LabError for another size, or numbers that
+    are none.
+    """
+    if frame.kind == Kind.JOINT_FEEDBACK:
+        parts = [frame.body]
+    else:
+        (count,) = _numbers("i", frame.body[:4], order)
+        size = (len(frame.body) - 4) // 4
+        if not 1 <= count <= 4 or len(frame.body) != 4 + 4 * size:
+            raise LabError(f"Joint feedback of {count} groups in {len(frame.body)} bytes.")
+        parts = [frame.body[4 + k * size : 4 + (k + 1) * size] for k in range(count)]
+    found = []
+    for part in parts:
+        group, _, _, *rest = _numbers("2i31f", part, order)
+        qpos = np.array(rest[:JOINTS])
+        if not np.isfinite(qpos).all():
+            raise LabError("Joint feedback holds numbers that are none.")
+        found.append(Feedback(group, qpos))
+    return tuple(found)
+
+
+def motion_ctrl(group: int, sequence: int, command: Command, order: ByteOrder) -> bytes:
+    """The body of a MOTION_CTRL."""
+    return struct.pack(_sign(order) + "3i10f", group, sequence, command, *[0.0] * JOINTS)
+
+
+@dataclass(frozen=True)
+class MotionReply:
+    """The answer to a point or a command; `command` is that command, or the type of the message."""
+
+    group: int
+    sequence: int
+    command: int
+    result: int
+    subcode: int
+
+    def pack(self, order: ByteOrder) -> bytes:
+        """The body."""
+        return struct.pack(_sign(order) + "5i10f", *vars(self).values(), *[0.0] * JOINTS)
+
+    @classmethod
+    def unpack(cls, body: bytes, order: ByteOrder) -> Self:
+        """Raises LabError for another size."""
+        return cls(*_numbers("5i10f", body, order)[:5])
+
+    @property
+    def reason(self) -> str:
+        """Why it was refused, in words."""
+        result = Result(self.result).name.lower() if self.result in set(Result) else f"result {self.result}"
+        return SUBCODES.get(self.subcode, f"{result}, code {self.subcode}").strip()
+
+
+_ORDERS: tuple[ByteOrder, ByteOrder] = ("big", "little")
+
+
+def _sign(order: ByteOrder) -> str:
+    return ">" if order == "big" else "<"
+
+
+def _padded(values: Sequence[float] | np.ndarray) -> list[float]:
+    return [*map(float, values), *[0.0] * (JOINTS - len(values))]
+
+
+def _numbers(form: str, body: bytes, order: ByteOrder) -> tuple[int, ...]:
+    form = _sign(order) + form
+    if len(body) != struct.calcsize(form):
+        raise LabError(f"A message body has {len(body)} bytes; {struct.calcsize(form)} were expected.")
+    return struct.unpack(form, body)

@@ -1,0 +1,293 @@
+"""Between torc's loop and a driver: nothing reaches the arm unchecked, and nothing goes on unwatched.
+
+It obeys what laboratories agree on. An e-stop is hardware, and only reported here. A motion starts where the arm is, or
+not at all. Whoever does not hear from the arm for a moment stops it. After a stop a person looks, and resumes; nothing
+is done again by itself, and the gripper keeps its grip.
+"""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from torc.interrupts import interrupts_held
+from torc.records import Trajectory
+from torc.robots.description import RobotDescription
+from torc.robots.execution import reverse, starting_from
+from torc.robots.kinematics import tool0_poses
+from torc.robots.protocols import ContactGuard, FollowResult
+from torc_lab.checks import MotionLimits, form_faults, motion_faults, stretch_for, stretched
+from torc_lab.protocols import ArmDriver, ArmStatus, LabError, MotionRefusedError, RobotStoppedError
+
+_NOT_OURS = "still moves, and not by torc: somebody else commands it, or it cannot be stopped from here. Use the e-stop"
+_STILL = 0.25
+"""From one status to the next an arm may move by this share of what its controller allows at a start."""
+
+Confirm = Callable[[str, Trajectory], bool]
+"""Asked before each motion, with a line that says what comes: whether to go."""
+
+
+@dataclass(frozen=True)
+class SupervisorConfig:
+    """How closely an arm is watched.
+
+    Attributes:
+        period_s: between two looks at the arm.
+        stale_s: a status that is older stops the arm.
+        following_rad: so far from its path, in any joint, the arm is stopped.
+        lag_s: the arm may be behind its path, or ahead of it, by so much time.
+        late_s: beyond a motion's end, before it counts as stuck.
+        rest_s: how long to wait for an arm that was told to stop.
+        bend_rad: a motion that starts within this of where the arm is, in every joint, is bent to start there.
+        creep_rad: while a person confirms, an arm at rest may settle by this.
+        goal_rad: so close to the goal, in every joint, the arm has arrived.
+        short_rad: an arm that ends further from its goal was stopped, whatever it says.
+        resting_rad_s: slower than this, it rests.
+        still_s: an arm that was stopped rests once it has been slower for so long; somebody else's motion may begin
+            slowly.
+        future_s: a status from further ahead of this machine's clock is a fault of the driver.
+    """
+
+    period_s: float = 0.02
+    stale_s: float = 0.3
+    following_rad: float = 0.15
+    lag_s: float = 0.5
+    late_s: float = 3.0
+    rest_s: float = 3.0
+    bend_rad: float = 0.02
+    creep_rad: float = 0.002
+    goal_rad: float = 0.01
+    short_rad: float = 0.05
+    resting_rad_s: float = 0.01
+    still_s: float = 0.3
+    future_s: float = 0.05
+
+
+class SupervisedArm:
+    """The `Arm` of torc.robots.protocols on a real one. Times are stretched so that the limits' speeds are kept."""
+
+    def __init__(
+        self,
+        driver: ArmDriver,
+        robot: RobotDescription,
+        limits: MotionLimits,
+        config: SupervisorConfig | None = None,
+        *,
+        slowdown: float = 1.0,
+        confirm: Confirm = lambda what, trajectory: True,
+    ) -> None:
+        """slowdown: every motion takes at least so many times as long as it was planned."""
+        self.driver, self.robot, self.limits = driver, robot, limits
+        self.config, self.slowdown, self.confirm = config or SupervisorConfig(), slowdown, confirm
+        self._halted = ""
+
+    @property
+    def halted(self) -> str:
+        """Why nothing moves until `resume`; "" if it does."""
+        return self._halted
+
+    @property
+    def qpos(self) -> Float[np.ndarray, "dof"]:
+        """Joint positions now. Raises LabError if nobody knows."""
+        return self._awaited().qpos.copy()
+
+    def resume(self) -> None:
+        """A person has looked, and lets it go on. Raises RobotStoppedError if the controller does not, or if the arm
+        still moves, and LabError if the arm is silent.
+        """
+        status = self._awaited()
+        if status.stopped:
+            raise RobotStoppedError(f"{self.driver.name} does not move yet: {status.stopped}.")
+        if not self._rests(self.config.rest_s, self.config.still_s):
+            raise RobotStoppedError(f"{self.driver.name} {_NOT_OURS}.")
+        self._halted = ""
+
+    def follow(self, trajectory: Trajectory, guard: ContactGuard | None = None) -> FollowResult:
+        """Moves along a trajectory; returns when the arm rests at its end, or backed off from what it touched.
+
+        Raises MotionRefusedError if the motion may not begin, RobotStoppedError if it was stopped on the way, and
+        LabError if the arm is lost. KeyboardInterrupt stops the arm, and comes through once it rests.
+        """
+        planned = self._allowed(trajectory)
+        felt = guard if self.driver.feels_contact else None
+        try:
+            self.driver.start(planned)
+            touched = self._watch(planned, felt)
+        except BaseException as error:  # an interrupt, too: some of the motion may be on its way
+            self._halted = str(error) or type(error).__name__
+            with interrupts_held():
+                rests = self._stop()
+            if not rests and isinstance(error, RobotStoppedError):
+                raise RobotStoppedError(f"{error} It {_NOT_OURS}.") from error
+            raise
+        if touched and guard is not None:
+            if not self._stop():
+                self._halted = "it moved on after a contact"
+                raise RobotStoppedError(f"{self.driver.name} felt a contact. It {_NOT_OURS}.")
+            self._back_off(planned, guard)
+            return FollowResult(False, True, self.qpos, f"{self.driver.name} felt a contact")
+        qpos = self.qpos
+        error_rad = float(np.abs(qpos - planned.qpos[-1]).max())
+        if error_rad > self.config.short_rad:
+            self._halted = f"it said that it was done {error_rad:.2f} rad short of the goal"
+            raise RobotStoppedError(f"{self.driver.name}: {self._halted}.")
+        reached = error_rad <= self.config.goal_rad
+        return FollowResult(
+            reached, False, qpos, "" if reached else f"stopped {error_rad:.3f} rad short of the goal"
+        )
+
+    def _allowed(self, trajectory: Trajectory) -> Trajectory:
+        """The trajectory as it will be sent. Raises MotionRefusedError."""
+        if self._halted:
+            raise MotionRefusedError(
+                f"{self.driver.name} was stopped ({self._halted}); look at it, then resume."
+            )
+        status = self._awaited()
+        if status.stopped:
+            raise MotionRefusedError(f"{self.driver.name} does not move: {status.stopped}.")
+        if status.moving:
+            raise MotionRefusedError(f"{self.driver.name} moves already, and not by torc.")
+        status = self._settled(status)
+        planned = self._checked(trajectory, status, self.slowdown)
+        if not self.confirm(f"{self.driver.name}: a motion of {planned.duration_s:.1f} s", planned):
+            raise MotionRefusedError("The motion was not confirmed.")
+        # Whoever confirms may have taken a while.
+        status = self._awaited()
+        gap_rad = np.abs(status.qpos - planned.qpos[0]).max()
+        if status.stopped or gap_rad > max(self.config.creep_rad, self.driver.start_tolerance_rad):
+            raise MotionRefusedError(
+                f"{self.driver.name} moved, or was stopped, before the motion was confirmed."
+            )
+        # A servo that creeps into place is no more than that: the motion is bent once more.
+        return planned if gap_rad <= self.driver.start_tolerance_rad else self._checked(planned, status, 1.0)
+
+    def _checked(self, trajectory: Trajectory, status: ArmStatus, slowdown: float) -> Trajectory:
+        """The trajectory bent to where the arm is, and stretched to the limits. Raises MotionRefusedError."""
+        if faults := form_faults(trajectory, self.robot.arm.dof):
+            raise MotionRefusedError(f"The motion is not sent to {self.driver.name}: {'; '.join(faults)}.")
+        if np.abs(trajectory.qpos[0] - status.qpos).max() <= self.config.bend_rad:
+            trajectory = starting_from(trajectory, status.qpos)
+        planned = stretched(trajectory, max(slowdown, stretch_for(trajectory, self.limits, self.robot)))
+        faults = motion_faults(planned, status.qpos, self.driver.start_tolerance_rad, self.limits, self.robot)
+        if faults:
+            raise MotionRefusedError(f"The motion is not sent to {self.driver.name}: {'; '.join(faults)}.")
+        return planned
+
+    def _awaited(self) -> ArmStatus:
+        """The latest status, of an arm that torc does not move: what came while this machine was busy computing may not
+        be read yet. Raises LabError if it stays old.
+        """
+        deadline = time.monotonic() + 2 * self.config.stale_s
+        while time.monotonic() < deadline:
+            status, age_s = self._aged()
+            if age_s <= self.config.stale_s:
+                return status
+            time.sleep(self.config.period_s)
+        return self._fresh()
+
+    def _fresh(self) -> ArmStatus:
+        """The latest status. Raises LabError if it is old."""
+        status, age_s = self._aged()
+        if age_s > self.config.stale_s:
+            raise LabError(f"{self.driver.name} has said nothing for {age_s:.1f} s.")
+        return status
+
+    def _aged(self) -> tuple[ArmStatus, float]:
+        """The latest status and its age. Raises LabError for one from the future: its age says nothing."""
+        status = self.driver.status()
+        age_s = time.monotonic() - status.stamp_s
+        if not age_s >= -self.config.future_s:
+            raise LabError(
+                f"{self.driver.name} stamps its states {-age_s:.1f} s in the future: a driver's stamp_s is by "
+                "time.monotonic()."
+            )
+        return status, age_s
+
+    def _settled(self, status: ArmStatus) -> ArmStatus:
+        """A status at which the arm is as still as its controller wants it for a start. Raises MotionRefusedError."""
+        deadline = time.monotonic() + self.config.rest_s
+        while time.monotonic() < deadline:
+            time.sleep(self.config.period_s)
+            newer = self._awaited()
+            if newer.stamp_s == status.stamp_s:
+                continue
+            if np.abs(newer.qpos - status.qpos).max() <= _STILL * self.driver.start_tolerance_rad:
+                return newer
+            status = newer
+        raise MotionRefusedError(f"{self.driver.name} does not come to rest.")
+
+    def _watch(self, planned: Trajectory, guard: ContactGuard | None) -> bool:
+        """Until the arm rests at the end; whether it was ended by contact. Raises RobotStoppedError, LabError."""
+        config, began = self.config, time.monotonic()
+        while True:
+            time.sleep(config.period_s)
+            status, elapsed = self._fresh(), time.monotonic() - began
+            if guard is not None and status.contact_n > guard.max_force_n:
+                return True
+            if status.stopped:
+                raise RobotStoppedError(f"{self.driver.name} was stopped: {status.stopped}")
+            ended = self.driver.ended()
+            if ended:
+                raise RobotStoppedError(f"{self.driver.name} ended the motion early: {ended}")
+            away = off_path_rad(planned, status.qpos, elapsed, config.lag_s)
+            if away > config.following_rad:
+                raise RobotStoppedError(
+                    f"{self.driver.name} is {away:.2f} rad off its path after {elapsed:.1f} s, and was stopped"
+                )
+            if ended is not None and not status.moving and self._rests(config.rest_s):
+                return False
+            if elapsed > planned.duration_s + config.late_s:
+                raise RobotStoppedError(
+                    f"{self.driver.name} did not finish a motion of {planned.duration_s:.1f} s in {elapsed:.1f} s, "
+                    "and was stopped"
+                )
+
+    def _rests(self, limit_s: float, still_s: float = 0.0) -> bool:
+        """Whether the arm comes to rest within a time limit, by where it is at different moments: whether it is slow
+        from one to the next, and then for `still_s` more.
+        """
+        began, last, since_s = time.monotonic(), self._fresh(), np.inf
+        while time.monotonic() - began < limit_s + still_s:
+            time.sleep(self.config.period_s)
+            status = self._fresh()
+            if status.stamp_s > last.stamp_s:
+                rate = np.abs(status.qpos - last.qpos).max() / (status.stamp_s - last.stamp_s)
+                slow = rate < self.config.resting_rad_s and not status.moving
+                since_s = min(since_s, last.stamp_s) if slow else np.inf
+                if status.stamp_s - since_s >= still_s:
+                    return True
+                last = status
+        return False
+
+    def _stop(self) -> bool:
+        """Stops the arm, and waits until it rests; False if it goes on, True also where nobody knows."""
+        try:
+            self.driver.stop()
+            return self._rests(self.config.rest_s, self.config.still_s)
+        except LabError:
+            # It cannot be reached, or says nothing any more: its own watchdog, or the e-stop, has to do it.
+            return True
+
+    def _back_off(self, planned: Trajectory, guard: ContactGuard) -> None:
+        """Back along the path until the flange is relief_m away from where it stopped."""
+        back = reverse(planned, self.qpos)
+        if back is None:
+            return
+        flange = tool0_poses(self.robot.arm, back.qpos)[:, :3, 3]
+        far = np.flatnonzero(np.linalg.norm(flange - flange[0], axis=1) >= guard.relief_m)
+        last = int(far[0]) + 1 if len(far) else len(back.times_s)
+        short = Trajectory(back.times_s[:last], back.qpos[:last], back.qvel[:last].copy())
+        if last >= 2:
+            short.qvel[-1] = 0.0
+            self.follow(short)
+
+
+def off_path_rad(
+    trajectory: Trajectory, qpos: Float[np.ndarray, "dof"], elapsed_s: float, lag_s: float
+) -> float:
+    """How far the arm is from where it should be, in the joint that is furthest off, at the best time within lag_s."""
+    times = np.clip(np.linspace(elapsed_s - lag_s, elapsed_s + lag_s, 41), 0, trajectory.duration_s)
+    path = np.stack([np.interp(times, trajectory.times_s, q) for q in trajectory.qpos.T], axis=1)
+    return float(np.abs(path - qpos).max(axis=1).min())

@@ -1,0 +1,1 @@
+"""Conformance suites for drivers, and an operator who always says yes."""

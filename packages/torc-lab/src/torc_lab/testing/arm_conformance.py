@@ -1,0 +1,118 @@
+"""What every arm driver must do, as checks that the author of one runs on it, best on a twin: the arm moves a little.
+
+check_arm_driver(lambda: MyDriver(...))
+"""
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from torc.errors import TorcError
+from torc.records import Trajectory
+from torc.registry.kinds import ARM_DRIVERS
+from torc.testing.conformance import require, trait_faults
+from torc_lab.driver_rules import AT_ONCE_S, state_faults
+from torc_lab.protocols import ArmDriver, LabError
+
+_TURN_RAD, _MOTION_S = 0.05, 1.0
+_ENDS_S, _ARRIVED_RAD = 3.0, 0.01
+
+
+def check_arm_driver(connect: Callable[[], ArmDriver]) -> None:
+    """Connects, turns the first joint by .05 rad and back, stops a motion halfway, and ends the connection. The arm
+    must be at rest, and let motions in. Raises NonConformanceError naming all that was broken.
+    """
+    driver = connect()
+    try:
+        found = [
+            *trait_faults(ARM_DRIVERS, driver),
+            *state_faults(driver),
+            *_lets_motions_in(driver),
+            *_moves(driver),
+            *_stops(driver),
+        ]
+    finally:
+        driver.close()
+    require("arm driver", [*found, *_is_closed(driver)])
+
+
+def motion_on(
+    qpos: np.ndarray, by_rad: float, duration_s: float = _MOTION_S, samples: int = 51
+) -> Trajectory:
+    """The first joint turns from rest to rest."""
+    t = np.linspace(0, duration_s, samples)
+    s = t / duration_s
+    path, rates = np.tile(qpos, (samples, 1)), np.zeros((samples, len(qpos)))
+    path[:, 0] += by_rad * (3 * s**2 - 2 * s**3)
+    rates[:, 0] = by_rad * 6 * s * (1 - s) / duration_s
+    return Trajectory(t, path, rates)
+
+
+def _lets_motions_in(driver: ArmDriver) -> list[str]:
+    status = driver.status()
+    if status.stopped or status.moving:
+        return [f"an arm at rest that may move says '{status.stopped or 'moving'}'"]
+    return []
+
+
+def _moves(driver: ArmDriver) -> list[str]:
+    found = []
+    for by_rad in (_TURN_RAD, -_TURN_RAD):
+        here = driver.status().qpos
+        driver.start(motion_on(here, by_rad))
+        if driver.ended() is not None or not _within(_ENDS_S, lambda: driver.status().moving):
+            found.append("after start() it must move, and ended() be None")
+        if not _within(_MOTION_S + _ENDS_S, lambda: driver.ended() is not None) or driver.ended() != "":
+            found.append(f"ended() must become '' at the end, not {driver.ended()!r}")
+        goal = here + by_rad * np.eye(len(here))[0]
+        if not _within(_ENDS_S, lambda: np.abs(driver.status().qpos - goal).max() < _ARRIVED_RAD):  # noqa: B023
+            found.append("it did not arrive")
+        if not _within(_ENDS_S, lambda: not driver.status().moving):
+            found.append("it moves on and on")
+    return found
+
+
+def _stops(driver: ArmDriver) -> list[str]:
+    found = []
+    here = driver.status().qpos
+    driver.start(motion_on(here, _TURN_RAD))
+    time.sleep(0.4 * _MOTION_S)
+    began = time.monotonic()
+    driver.stop()
+    driver.stop()
+    if time.monotonic() - began > 2 * AT_ONCE_S:
+        found.append("stop() must return at once, also when it is called twice")
+    if not _within(_ENDS_S, lambda: driver.ended() is not None):
+        found.append("ended() must say so after stop()")
+    if not _within(_ENDS_S, lambda: not driver.status().moving):
+        found.append("it moves on after stop()")
+    rests = driver.status().qpos
+    time.sleep(0.3)
+    gone, after = abs(rests[0] - here[0]), np.abs(driver.status().qpos - rests).max()
+    if gone > 0.9 * _TURN_RAD or after > 0.1 * _TURN_RAD:
+        found.append("stop() did not stop it")
+    return found
+
+
+def _is_closed(driver: ArmDriver) -> list[str]:
+    """A connection that was ended stays so."""
+    found = []
+    for name, call in (("status", driver.status), ("ended", driver.ended)):
+        try:
+            call()
+            found.append(f"{name}() must raise LabError once the connection is lost")
+        except LabError:
+            continue
+        except TorcError as error:
+            found.append(f"{name}() raises {type(error).__name__}, not LabError")
+    return found
+
+
+def _within(seconds: float, holds: Callable[[], bool]) -> bool:
+    deadline = time.monotonic() + seconds
+    while time.monotonic() < deadline:
+        if holds():
+            return True
+        time.sleep(0.005)
+    return bool(holds())

@@ -1,0 +1,245 @@
+"""A Motoman controller that is none, behind simple_message on the loopback interface: as MotoROS answers.
+
+Its arm is anybody's (`torc_lab.twin.behind`). Faults come on command.
+"""
+
+import bisect
+import socket
+import threading
+import time
+from contextlib import suppress
+from dataclasses import replace
+from typing import Self
+
+import numpy as np
+
+from torc_lab.protocols import LabError
+from torc_lab.simple_message.messages import (
+    MAX_LENGTH,
+    ByteOrder,
+    Comm,
+    Command,
+    Feedback,
+    Frame,
+    Kind,
+    MotionReply,
+    Result,
+    RobotStatus,
+    TrajectoryPoint,
+)
+from torc_lab.twin.behind import HALFWAY_RAD, ArmBehind
+from torc_lab.twin.servers import Servers
+
+READY = RobotStatus(1, 0, 0, 0, 0, 2, 1)
+_STATE_PERIOD_S = 0.025
+_START_RAD = 1e-4
+_QUEUE_S = 0.8
+"""The controller takes in so much motion ahead of time (200 increments of 4 ms); then it is busy."""
+
+
+class MotomanTwin:
+    """A controller with one arm as one of its groups; in a `with`.
+
+    It has one motion connection, and moves only while there is one: when that ends, it keeps its queue, and plays the
+    rest as soon as somebody connects again. A second client replaces the first, or is sent away while there is motion
+    in the queue. (motoman_driver 1.9.12, MotionServer.c)
+
+    Attributes:
+        state: what it says of itself beside in_motion; change it to press the e-stop, say.
+        torso: position of its group 2, which the arm hangs on, radians.
+        silent: it says nothing any more.
+        heard: every message of the motion connection.
+        clients: motion connections that were opened so far.
+    """
+
+    def __init__(
+        self,
+        arm: ArmBehind,
+        max_speed: np.ndarray,
+        group: int = 1,
+        order: ByteOrder = "big",
+        ports: tuple[int, int] = (0, 0),
+    ) -> None:
+        self.arm, self.max_speed, self.group, self.order = arm, max_speed, group, order
+        self.state, self.silent = replace(READY, motion_possible=0, drives_powered=0), False
+        self.heard: list[Frame] = []
+        self.torso, self.clients = 0.0, 0
+        self._client: socket.socket | None = None
+        self._paused_at: float | None = time.monotonic()
+        self._points: list[TrajectoryPoint] = []
+        self._last: TrajectoryPoint | None = None
+        self._began = 0.0
+        self._lock = threading.RLock()
+        self._running = True
+        serves = (self._serve_motion, self._serve_state)
+        self._servers = Servers("127.0.0.1", list(zip(ports, serves, strict=True)))
+        self._thread = threading.Thread(target=self._move, daemon=True)
+
+    def __enter__(self) -> Self:
+        self._servers.__enter__()
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._running = False
+        self._servers.__exit__()
+        self._thread.join()
+
+    @property
+    def ports(self) -> tuple[int, int]:
+        """Of motion and state."""
+        motion, state = self._servers.ports
+        return motion, state
+
+    @property
+    def moving(self) -> bool:
+        """Whether there is motion in its queue."""
+        return bool(self._points)
+
+    def cut(self) -> None:
+        """Ends all connections without a farewell."""
+        self._servers.cut()
+
+    def halt(self, **changed: int) -> None:
+        """Stops the arm where it is, with another state, e.g. e_stopped=1; no motion is possible then."""
+        with self._lock:
+            self._points, self._last = [], None
+            self.state = replace(self.state, **{"motion_possible": 0, **changed})
+
+    def pretend_done(self) -> bool:
+        """Stops the arm where it is, and says that its queue is empty; False if it is not halfway."""
+        with self._lock:
+            ahead = self._points[-1].qpos[: len(self.arm.qpos)] if self._points else self.arm.qpos
+            if np.abs(ahead - self.arm.qpos).max() < HALFWAY_RAD:
+                return False
+            self._points, self._last = [], None
+        return True
+
+    def _serve_state(self, connection: socket.socket) -> None:
+        while self._running:
+            if not self.silent:
+                status = replace(self.state, in_motion=int(self.moving and self._paused_at is None))
+                groups = {1 - self.group: np.zeros(7), 2: [self.torso]}
+                groups[self.group] = self.arm.qpos
+                feedback = [Feedback(k, np.array(q)).pack(self.order) for k, q in sorted(groups.items())]
+                messages = [(Kind.JOINT_FEEDBACK, body) for body in feedback]
+                for kind, body in (*messages, (Kind.ROBOT_STATUS, status.pack(self.order))):
+                    connection.sendall(Frame(kind, Comm.TOPIC, body).pack(self.order))
+            time.sleep(_STATE_PERIOD_S)
+
+    def _serve_motion(self, connection: socket.socket) -> None:
+        if not self._admits(connection):
+            return
+        try:
+            self._converse(connection)
+        finally:
+            with self._lock:
+                if self._client is connection:
+                    self._client, self._paused_at = None, time.monotonic()
+
+    def _admits(self, connection: socket.socket) -> bool:
+        """Whether a client becomes the one that moves the arm: the queue goes on then."""
+        with self._lock:
+            if self._client is not None and self._points:
+                connection.close()
+                return False
+            if self._client is not None:
+                with suppress(OSError):
+                    self._client.shutdown(socket.SHUT_RDWR)
+            if self._paused_at is not None:
+                self._began += time.monotonic() - self._paused_at
+            self._client, self._paused_at = connection, None
+            self.clients += 1
+            return True
+
+    def _converse(self, connection: socket.socket) -> None:
+        with suppress(LabError), connection.makefile("rb") as stream:
+            while length := stream.read(4):
+                size = int.from_bytes(length, self.order)
+                if size > MAX_LENGTH:
+                    return
+                frame = Frame.unpack(stream.read(size), self.order)
+                self.heard.append(frame)
+                reply = self._answer(frame)
+                body = reply.pack(self.order)
+                connection.sendall(Frame(Kind.MOTION_REPLY, Comm.REPLY, body, reply=1).pack(self.order))
+
+    def _answer(self, frame: Frame) -> MotionReply:
+        with self._lock:
+            if frame.kind == Kind.JOINT_TRAJ_PT_FULL:
+                point = TrajectoryPoint.unpack(frame.body, self.order)
+                result, subcode = self._take(point)
+                return MotionReply(point.group, point.sequence, frame.kind, result, subcode)
+            group, sequence, command = np.frombuffer(
+                frame.body, dtype=">i4" if self.order == "big" else "<i4", count=3
+            ).tolist()
+            result, subcode = self._obey(command)
+            return MotionReply(group, sequence, command, result, subcode)
+
+    def _take(self, point: TrajectoryPoint) -> tuple[int, int]:
+        if not self.state.motion_possible:
+            return Result.NOT_READY, self._not_ready()
+        if point.group != self.group:
+            return Result.INVALID, 3004
+        dof = len(self.arm.qpos)
+        if (np.abs(point.qvel[:dof]) > self.max_speed).any():
+            return Result.INVALID, 3013
+        if point.sequence == 0:
+            if np.abs(point.qpos[:dof] - self.arm.qpos).max() > _START_RAD:
+                return Result.INVALID, 3011
+            self._points, self._began = [point], time.monotonic()
+            return Result.SUCCESS, 0
+        if not self._points and self._last is not None and point.sequence == self._last.sequence + 1:
+            # The queue ran empty, and the arm waited.
+            self._points, self._began = [self._last], time.monotonic() - self._last.time_s
+        if not self._points:
+            return Result.INVALID, 3005
+        if point.time_s - (time.monotonic() - self._began) > _QUEUE_S:
+            return Result.BUSY, 0
+        self._points.append(point)
+        return Result.SUCCESS, 0
+
+    def _obey(self, command: int) -> tuple[int, int]:
+        match command:
+            case Command.START_TRAJ_MODE:
+                if self.state.e_stopped or self.state.in_error or self.state.mode != READY.mode:
+                    return Result.NOT_READY, self._not_ready()
+                self.state = replace(self.state, motion_possible=1, drives_powered=1)
+            case Command.STOP_TRAJ_MODE:
+                self.halt()
+            case Command.STOP_MOTION:
+                self._points, self._last = [], None
+            case Command.CHECK_QUEUE_COUNT:
+                return Result.SUCCESS, len(self._points)
+            case Command.CHECK_MOTION_READY:
+                ready = bool(self.state.motion_possible) and not self.state.stopped
+                return (Result.SUCCESS, 0) if ready else (Result.FAILURE, self._not_ready())
+            case _:
+                return Result.INVALID, 3006
+        return Result.SUCCESS, 0
+
+    def _not_ready(self) -> int:
+        state = self.state
+        reasons = {
+            5003: state.e_stopped,
+            5001: state.in_error,
+            5004: state.mode != 2,
+            5006: not state.drives_powered,
+        }
+        return next((code for code, true in reasons.items() if true), 5008)
+
+    def _move(self) -> None:
+        """Leads the arm along what is in the queue."""
+        while self._running:
+            with self._lock:
+                if self._points and self._paused_at is None:
+                    elapsed, dof = time.monotonic() - self._began, len(self.arm.qpos)
+                    times = [p.time_s for p in self._points]
+                    k = min(max(bisect.bisect_right(times, elapsed), 1), len(times) - 1)
+                    a, b = self._points[max(k - 1, 0)], self._points[k]
+                    span = max(b.time_s - a.time_s, 1e-9)
+                    share = float(np.clip((elapsed - a.time_s) / span, 0, 1))
+                    self.arm.goal((a.qpos + share * (b.qpos - a.qpos))[:dof])
+                    if elapsed > times[-1] + 2 * _QUEUE_S or (len(times) > 1 and elapsed > times[-1] + 0.05):
+                        self._last, self._points = self._points[-1], []
+            time.sleep(0.004)

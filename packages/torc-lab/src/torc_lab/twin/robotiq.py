@@ -1,0 +1,190 @@
+"""A Robotiq gripper that is none, behind Modbus TCP or the text socket of a UR: registers as the manual has them.
+
+Its fingers are anybody's (`torc_lab.twin.behind`). Faults come on command.
+"""
+
+import asyncio
+import socketserver
+import threading
+import time
+from contextlib import suppress
+from typing import Any, Self
+
+from torc.errors import MissingDependencyError, extra_remedy
+from torc_lab.robotiq.registers import COMMAND_REGISTER, COUNT, READY, STATUS_REGISTER
+from torc_lab.robotiq.wires import BAUD, DEVICE
+from torc_lab.twin.behind import Fingers
+
+_STARTS_S = 5.0
+_SILENCE_S, _SILENCE = 1.0, 0x09
+"""The first answer after so much silence carries this fault (manual, chapter "Control", gFLT)."""
+_MUST_ACTIVATE = 0x07
+
+
+class RobotiqTwin:
+    """The gripper's own program.
+
+    Attributes:
+        fault: what it reports, e.g. 0x0E; 0 for none.
+        written: all values that were written to its registers.
+        activation_s: how long activation takes.
+    """
+
+    def __init__(self, fingers: Fingers, activation_s: float = 0.1) -> None:
+        self.fingers, self.activation_s = fingers, activation_s
+        self.fault = 0
+        self.written: list[list[int]] = []
+        self._heard_s = time.monotonic()
+        self._command = [0, 0, 0]
+        self._activated_at: float | None = None
+        self._lock = threading.Lock()
+
+    def write(self, offset: int, values: list[int]) -> None:
+        """Registers from COMMAND_REGISTER + offset on are written."""
+        with self._lock:
+            self.written.append(list(values))
+            self._heard_s = time.monotonic()
+            self._command[offset : offset + len(values)] = values
+            action = self._command[0] >> 8
+            if not action & 1:
+                self._activated_at = None
+            elif self._activated_at is None:
+                self._activated_at = time.monotonic()
+            if action & 8 and self._ready():
+                speed, force = self._command[2] >> 8, self._command[2] & 0xFF
+                self.fingers.go(self._command[1] & 0xFF, speed, force)
+
+    def read(self) -> list[int]:
+        """The registers from STATUS_REGISTER on."""
+        with self._lock:
+            position, found = self.fingers.now()
+            action = self._command[0] >> 8
+            state = 0 if self._activated_at is None else READY if self._ready() else 1
+            going = bool(action & 8)
+            now_s = time.monotonic()
+            silent, self._heard_s = now_s - self._heard_s > _SILENCE_S, now_s
+            early = _MUST_ACTIVATE if going and state != READY else 0
+            fault = self.fault or (_SILENCE if silent else early)
+            flags = action & 1 | going << 3 | state << 4 | (found if going else 0) << 6
+            return [flags << 8, fault << 8 | self._command[1] & 0xFF, position << 8]
+
+    def _ready(self) -> bool:
+        return self._activated_at is not None and time.monotonic() - self._activated_at >= self.activation_s
+
+
+class ModbusTwin:
+    """A twin behind pymodbus's server, on Modbus TCP on the loopback interface or on a serial line; in a `with`."""
+
+    def __init__(self, twin: RobotiqTwin, port: int = 0, line: str = "") -> None:
+        """line: a serial port, e.g. one end of a pair of pseudo-terminals. Raises MissingDependencyError."""
+        try:
+            import pymodbus  # noqa: F401
+        except ImportError as error:
+            raise MissingDependencyError("pymodbus, for Robotiq grippers,", extra_remedy("lab")) from error
+        self.twin, self._port, self._line = twin, port, line
+        self._up, self._loop = threading.Event(), asyncio.new_event_loop()
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._server: Any = None
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        if not self._up.wait(_STARTS_S):
+            raise TimeoutError("The twin of the gripper did not start.")
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        asyncio.run_coroutine_threadsafe(self._server.shutdown(), self._loop).result(_STARTS_S)
+        self._loop.call_soon_threadsafe(self._loop.stop)
+        self._thread.join()
+        self._loop.close()
+
+    @property
+    def address(self) -> str:
+        """For `ModbusWire`."""
+        return f"127.0.0.1:{self._port}" if not self._line else self._line
+
+    def _run(self) -> None:
+        asyncio.set_event_loop(self._loop)
+        self._loop.run_until_complete(self._serve())
+        self._loop.run_forever()
+
+    async def _serve(self) -> None:
+        from pymodbus import FramerType
+        from pymodbus.server import ModbusSerialServer, ModbusTcpServer
+        from pymodbus.simulator import DataType, SimData, SimDevice
+
+        blocks = [
+            SimData(start, count=COUNT, datatype=DataType.REGISTERS)
+            for start in (COMMAND_REGISTER, STATUS_REGISTER)
+        ]
+        device = SimDevice(DEVICE, simdata=blocks, action=self._exchange)
+        if self._line:
+            self._server = ModbusSerialServer(device, framer=FramerType.RTU, port=self._line, baudrate=BAUD)
+            await self._server.listen()
+        else:
+            self._server = ModbusTcpServer(device, address=("127.0.0.1", self._port))
+            await self._server.listen()
+            self._port = self._server.transport.sockets[0].getsockname()[1]
+        self._up.set()
+
+    async def _exchange(
+        self, function: int, start: int, address: int, count: int, registers: list[int], values: Any
+    ) -> None:
+        if values and COMMAND_REGISTER <= address < COMMAND_REGISTER + COUNT:
+            self.twin.write(address - COMMAND_REGISTER, list(values))
+        at = STATUS_REGISTER - start
+        registers[at : at + COUNT] = self.twin.read()
+
+
+class UrcapTwin:
+    """A twin behind the text socket of a UR's program on the loopback interface; in a `with`."""
+
+    def __init__(self, twin: RobotiqTwin, port: int = 0) -> None:
+        outer = self
+        self.twin = twin
+
+        class Handler(socketserver.StreamRequestHandler):
+            def handle(self) -> None:
+                with suppress(OSError):
+                    for line in self.rfile:
+                        self.wfile.write(outer.answer(line.decode("ascii", "replace").split()).encode())
+
+        self._server = socketserver.ThreadingTCPServer(("127.0.0.1", port), Handler)
+        self._server.daemon_threads = True
+        self._thread = threading.Thread(target=self._server.serve_forever, daemon=True)
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._server.shutdown()
+        self._server.server_close()
+        self._thread.join()
+
+    @property
+    def address(self) -> str:
+        """For `UrcapWire`."""
+        return f"127.0.0.1:{self._server.server_address[1]}"
+
+    def answer(self, words: list[str]) -> str:
+        """What the URCap says to a line."""
+        if words[:1] == ["GET"] and len(words) == 2:
+            flags, faults, position = self.twin.read()
+            flags >>= 8
+            values = {
+                "ACT": flags & 1,
+                "GTO": flags >> 3 & 1,
+                "STA": flags >> 4 & 3,
+                "OBJ": flags >> 6,
+                "FLT": faults >> 8,
+                "PRE": faults & 0xFF,
+                "POS": position >> 8,
+            }
+            return f"{words[1]} {values[words[1]]}\n" if words[1] in values else "?\n"
+        if words[:1] == ["SET"] and len(words) % 2 and all(w.isdigit() for w in words[2::2]):
+            v = dict(zip(words[1::2], map(int, words[2::2])))
+            action = v.get("ACT", 0) | v.get("GTO", 0) << 3
+            self.twin.write(0, [action << 8, v.get("POS", 0), v.get("SPE", 0) << 8 | v.get("FOR", 0)])
+            return "ack"
+        return "?\n"

@@ -1,0 +1,273 @@
+"""A trajectory controller and a camera of ROS 1 or ROS 2 that are none, behind rosbridge on the loopback interface.
+
+Its arm is anybody's (`torc_lab.twin.behind`). Faults come on command.
+"""
+
+import json
+import threading
+import time
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from typing import Any, Self
+
+import numpy as np
+
+from torc.errors import MissingDependencyError, extra_remedy
+from torc.robots.protocols import Camera
+from torc_lab.ros.messages import SUCCEEDED, RosVersion, duration
+from torc_lab.twin.behind import HALFWAY_RAD, ArmBehind
+from torc_lab.twin.franka import FrankaHandTwin
+from torc_lab.twin.pictures import image_messages
+
+_PERIOD_S, _PICTURE_PERIOD_S = 0.02, 0.2
+IMAGE_TOPICS = {
+    "color": "/camera/color/image_raw",
+    "depth": "/camera/aligned_depth_to_color/image_raw",
+    "info": "/camera/color/camera_info",
+}
+"""As realsense-ros calls them."""
+READY = {"e_stopped": 0, "drives_powered": 1, "motion_possible": 1, "in_error": 0, "mode": 2}
+_CANCELLED = {1: 2, 2: 5}
+_ABORTED = {1: 4, 2: 6}
+
+
+class RosTwin:
+    """A server, in a `with`, with one controller.
+
+    Attributes:
+        state: of its robot_status; change it to press the e-stop, say.
+        silent: it says nothing any more.
+        others: positions of joints that are not the arm's, radians. Each is published on the topic of joint states by
+            a node of its own, as a Motoman driver does with its groups, or a gripper's driver.
+        frozen: its camera gives one picture again and again.
+        cancels: whether a goal ends when it is cancelled. rosbridge for ROS 2 takes cancelling in only once the goal
+            has ended, unless it is told otherwise.
+        heard: all that clients sent, but for subscriptions.
+    """
+
+    def __init__(
+        self,
+        arm: ArmBehind,
+        joint_names: Sequence[str],
+        ros: RosVersion = 2,
+        action: str = "/arm/follow_joint_trajectory",
+        port: int = 0,
+        camera: Camera | None = None,
+        hand: FrankaHandTwin | None = None,
+    ) -> None:
+        """Raises MissingDependencyError. Without a camera there are no pictures, and without a hand only an arm."""
+        try:
+            from websockets.sync.server import serve
+        except ImportError as error:
+            raise MissingDependencyError("websockets, for rosbridge,", extra_remedy("lab")) from error
+        self.arm, self.joint_names, self.ros, self.action = arm, list(joint_names), ros, action
+        self.state, self.silent, self.cancels = dict(READY), False, True
+        self.others: dict[str, float] = {"finger": 0.0}
+        self.heard: list[dict[str, Any]] = []
+        self._camera, self._picture_lock, self._hand = camera, threading.Lock(), hand
+        self._pictures: tuple[float, dict[str, dict[str, Any]]] = (-1.0, {})
+        self.frozen = False
+        self._lock = threading.RLock()
+        self._goal: tuple[Any, str, list[float], np.ndarray, float] | None = None
+        """Connection, id, times, path, and when it began."""
+        self._connections: list[Any] = []
+        self._wishes: set[tuple[Any, str | None, str]] = set()
+        self._running = True
+        quick: dict[str, Any] = {
+            "compression": None,
+            "max_size": None,
+            "ping_interval": None,
+            "close_timeout": 0.5,
+        }
+        self._server = serve(self._serve, "127.0.0.1", port, **quick)
+        self._threads = [
+            threading.Thread(target=run, daemon=True) for run in (self._server.serve_forever, self._move)
+        ]
+
+    @property
+    def url(self) -> str:
+        """For `Rosbridge`."""
+        return f"ws://127.0.0.1:{self._server.socket.getsockname()[1]}"
+
+    @property
+    def moving(self) -> bool:
+        """Whether a goal goes on."""
+        return self._goal is not None
+
+    def __enter__(self) -> Self:
+        for thread in self._threads:
+            thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._running = False
+        self.cut()
+        self._server.shutdown()
+        for thread in self._threads:
+            thread.join()
+
+    def cut(self) -> None:
+        """Ends all connections without a farewell."""
+        for connection in self._connections:
+            with suppress(OSError):
+                connection.socket.shutdown(2)
+        self._connections.clear()
+
+    def halt(self, **changed: int) -> None:
+        """Stops the arm where it is, with another state, e.g. e_stopped=1; no motion is possible then."""
+        with self._lock:
+            self.state |= {"motion_possible": 0, **changed}
+            self._end(_ABORTED[self.ros], "the robot was stopped")
+
+    def pretend_done(self) -> bool:
+        """Stops the arm where it is, and says that it succeeded; False if it is not halfway."""
+        with self._lock:
+            if self._goal is None or np.abs(self._goal[3][-1] - self.arm.qpos).max() < HALFWAY_RAD:
+                return False
+            self._end(SUCCEEDED[self.ros], "")
+        return True
+
+    def _serve(self, connection: Any) -> None:
+        self._connections.append(connection)
+        with suppress(Exception):  # the connection was cut, here or there
+            for text in connection:
+                request = json.loads(text)
+                if request["op"] == "subscribe":
+                    wish = connection, request.get("id"), request["topic"]
+                    self._wishes.add(wish)
+                    threading.Thread(target=self._publish, args=wish, daemon=True).start()
+                elif request["op"] == "unsubscribe":
+                    self._wishes.discard((connection, request.get("id"), request["topic"]))
+                else:
+                    self.heard.append(request)
+                    self._take(connection, request)
+
+    def _publish(self, connection: Any, wish: str | None, topic: str) -> None:
+        """A topic's messages as long as they are wanted and the connection lasts."""
+        with suppress(Exception):
+            while self._running and (connection, wish, topic) in self._wishes:
+                for message in [] if self.silent else self._messages(topic):
+                    self._say(connection, {"op": "publish", "topic": topic, "msg": message})
+                time.sleep(_PICTURE_PERIOD_S if topic in IMAGE_TOPICS.values() else _PERIOD_S)
+
+    def _messages(self, topic: str) -> list[dict[str, Any]]:
+        """What comes next on a topic, from each of its publishers."""
+        if self._hand is not None and topic == f"{self._hand.name}/joint_states":
+            return [self._hand.joint_states()]
+        if topic.endswith("joint_states"):
+            # In an order of its own.
+            own = dict(zip(reversed(self.joint_names), self.arm.qpos[::-1], strict=True))
+            return [self._joint_states(own), *(self._joint_states({k: q}) for k, q in self.others.items())]
+        if topic.endswith("robot_status"):
+            state = {**self.state, "in_motion": int(self.moving)}
+            return [{**{k: {"val": v} for k, v in state.items()}, "error_code": 0}]
+        if topic.endswith("safety_mode"):
+            return [{"mode": self._safety_mode()}]
+        for name, picture_topic in IMAGE_TOPICS.items():
+            if topic == picture_topic and self._camera is not None:
+                return [self._picture(self._camera)[name]]
+        return []
+
+    def _joint_states(self, positions: Mapping[str, float]) -> dict[str, Any]:
+        header = {"stamp": duration(time.time(), self.ros), "frame_id": ""}
+        return {"header": header, "name": list(positions), "position": [float(q) for q in positions.values()]}
+
+    def _safety_mode(self) -> int:
+        """As a UR tells it: normal, protective, safeguard or robot emergency stop."""
+        faults = {7: self.state["e_stopped"], 3: self.state["in_error"], 5: self.state["mode"] != 2}
+        return next((mode for mode, true in faults.items() if true), 1)
+
+    def _picture(self, camera: Camera) -> dict[str, dict[str, Any]]:
+        """The messages of one moment, by name: a new one if the last is old."""
+        with self._picture_lock:
+            taken_s, found = self._pictures
+            if not found or (not self.frozen and time.monotonic() - taken_s > _PICTURE_PERIOD_S):
+                found = image_messages(camera.capture(), self.ros)
+                self._pictures = time.monotonic(), found
+            return found
+
+    def _take(self, connection: Any, request: dict[str, Any]) -> None:
+        op, topic = request["op"], request.get("topic", "")
+        if op == "send_action_goal" and request["action"] != self.action:
+            threading.Thread(target=self._act, args=(connection, request), daemon=True).start()
+        elif op == "send_action_goal":
+            self._begin(connection, request["id"], request["args"])
+        elif op == "publish" and topic == f"{self.action}/goal":
+            self._begin(connection, request["msg"]["goal_id"]["id"], request["msg"]["goal"])
+        elif op == "cancel_action_goal" or (op == "publish" and topic == f"{self.action}/cancel"):
+            goal = request["id"] if op == "cancel_action_goal" else request["msg"]["id"]
+            with self._lock:
+                if self.cancels and self._goal is not None and self._goal[1] == goal:
+                    self._end(_CANCELLED[self.ros], "")
+
+    def _act(self, connection: Any, request: dict[str, Any]) -> None:
+        """Lets the hand play an action, and tells how it ended."""
+        action = request["action"]
+        told = {"action": action, "id": request["id"]}
+        if self._hand is None or not action.startswith(f"{self._hand.name}/"):
+            message = {
+                "op": "action_result",
+                "status": 0,
+                "values": "no such action",
+                "result": False,
+                **told,
+            }
+        else:
+            status, values = self._hand.act(action.removeprefix(f"{self._hand.name}/"), request["args"])
+            message = {"op": "action_result", "status": status, "values": values, "result": True, **told}
+        with suppress(Exception):
+            self._say(connection, message)
+
+    def _begin(self, connection: Any, goal: str, args: dict[str, Any]) -> None:
+        sign = ("secs", "nsecs") if self.ros == 1 else ("sec", "nanosec")
+        points, names = args["trajectory"]["points"], args["trajectory"]["joint_names"]
+        order = [names.index(name) for name in self.joint_names]
+        times = [p["time_from_start"][sign[0]] + 1e-9 * p["time_from_start"][sign[1]] for p in points]
+        path = np.array([[p["positions"][k] for k in order] for p in points])
+        with self._lock:
+            if self._goal is not None:
+                self._end(_CANCELLED[self.ros], "another goal came")
+            self._goal = connection, goal, times, path, time.monotonic()
+            if not self.state["motion_possible"]:
+                self._end(_ABORTED[self.ros], "no motion is possible")
+
+    def _end(self, status: int, text: str) -> None:
+        """Ends the goal and tells its client. As in ROS 1, the result of a cancelled goal carries error code 0."""
+        if self._goal is None:
+            return
+        connection, goal, *_ = self._goal
+        self._goal = None
+        code = -4 if status == _ABORTED[self.ros] else 0
+        if self.ros == 2:
+            values = {"error_code": code, "error_string": text}
+            told = {
+                "op": "action_result",
+                "action": self.action,
+                "id": goal,
+                "status": status,
+                "values": values,
+            }
+            message = {**told, "result": True}
+        else:
+            told = {
+                "status": {"goal_id": {"id": goal}, "status": status, "text": text},
+                "result": {"error_code": code},
+            }
+            message = {"op": "publish", "topic": f"{self.action}/result", "msg": told}
+        with suppress(Exception):
+            self._say(connection, message)
+
+    def _say(self, connection: Any, message: dict[str, Any]) -> None:
+        connection.send(json.dumps(message))
+
+    def _move(self) -> None:
+        """Leads the arm along its goal."""
+        while self._running:
+            with self._lock:
+                if self._goal is not None:
+                    _, _, times, path, began = self._goal
+                    elapsed = time.monotonic() - began
+                    self.arm.goal(np.array([np.interp(elapsed, times, q) for q in path.T]))
+                    if elapsed >= times[-1]:
+                        self._end(SUCCEEDED[self.ros], "")
+            time.sleep(0.004)

@@ -1,0 +1,263 @@
+"""The simulator behind the twins' wires: a world that goes on by itself as time passes, whoever looks.
+
+Everything of the world is touched by one thread alone. Others leave wishes, and read what it last wrote down.
+"""
+
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import Future
+from dataclasses import dataclass
+from typing import Self, TypeVar
+
+import numpy as np
+
+from torc.errors import InputError, TorcError
+from torc.problems.problem import Problem
+from torc.records import TARGET_ID, Observation
+from torc.robots.description import RobotDescription
+from torc.sim.actuation import SimulatedArm, SimulatedGripper
+from torc.sim.robot import SimulatedCamera
+from torc.sim.simulated_world import Presence, World, build_world
+from torc.sim.stepping import Stepper
+from torc.workspace.description import Workspace
+from torc_lab.robotiq.gripper import FORCE_N, WidthScale
+from torc_lab.robotiq.registers import Object
+
+_MOST_BEHIND_S = 0.25
+"""What the world could not keep up with is let go: after a picture, say."""
+_EMPTY_M = 0.0015
+_CALM_M_S, _BELOW_M = 0.05, 0.05
+_STILL_M_S, _STILL_S = 0.003, 0.08
+_ARRIVED_COUNTS = 3
+_DISTURBED_M, _CLEAR_M = 0.03, 0.002
+"""So far a push goes, and so much is lifted: what slides might catch."""
+_STARTS_S = 60.0
+_PICTURE_S = 20.0
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What really came of it: ids of what lies in the bin, and of what fell off the table."""
+
+    in_bin: tuple[int, ...]
+    dropped: tuple[int, ...]
+
+    @property
+    def retrieved(self) -> bool:
+        """Whether the target is in the bin."""
+        return TARGET_ID in self.in_bin
+
+
+class LiveWorld:
+    """A problem with a robot, which goes on in real time during a `with`. It is `ArmBehind` and `Fingers` of
+    torc_lab.twin.behind, and a `Camera`.
+    """
+
+    def __init__(self, problem: Problem, robot: RobotDescription, workspace: Workspace) -> None:
+        self._made_of = problem, robot, workspace
+        self._wishes: list[tuple[Callable[[], object], Future[object]]] = []
+        self._lock = threading.Lock()
+        self._running, self._broken = True, ""
+        self._up = threading.Event()
+        self._thread = threading.Thread(target=self._live, name="torc-twin-world", daemon=True)
+        self._goal: np.ndarray | None = None
+        self._fingers: tuple[int, int] | None = None
+        self._qpos = robot.arm.rest_qpos.copy()
+        self._found = (0, Object.AT_POSITION)
+        self._scale = WidthScale(max_width_m=robot.gripper.max_width_m)
+        self._felt, self._contact_n = False, 0.0
+        self._in_bin: list[int] = []
+        self._dropped: list[int] = []
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        if not self._up.wait(_STARTS_S):
+            raise TimeoutError("The simulated world did not start.")
+        self._check()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._running = False
+        self._thread.join()
+
+    @property
+    def qpos(self) -> np.ndarray:
+        """Where the arm is."""
+        self._check()
+        return self._qpos
+
+    def goal(self, qpos: np.ndarray) -> None:
+        """Where it has to be now."""
+        self._goal = np.array(qpos)
+
+    @property
+    def contact_n(self) -> float:
+        """Force at its hardest contact, but for what it holds; 0 when it is asked for the first time."""
+        self._felt = True
+        return self._contact_n
+
+    def go(self, position: int, speed: int, force: int) -> None:
+        """Starts the fingers towards a position."""
+        with self._lock:
+            self._fingers = position, force
+            self._found = self._found[0], Object.MOVING
+
+    def now(self) -> tuple[int, Object]:
+        """Where they are, and whether something stopped them."""
+        self._check()
+        with self._lock:
+            return self._found
+
+    def capture(self) -> Observation:
+        """A snapshot; the world waits for it. What came to rest in the bin, or below the table, is taken away."""
+        return self._ask(self._capture)
+
+    def truth(self, after_s: float = 1.0) -> Truth:
+        """What really came of it so far, and of what still falls."""
+        time.sleep(after_s)
+        return self._ask(self._cleared)
+
+    def reset(self) -> None:
+        """A person lays the scene out again: all objects stand where the problem puts them, and at rest. The arm stays
+        where it is.
+        """
+        self._ask(self._laid_out)
+
+    def disturb(self, object_id: int | None = None, by_m: float = _DISTURBED_M) -> int:
+        """Somebody pushes an object aside, away from the others; which one it is. The one that reaches highest, if none
+        is named. Raises InputError for one that is not there any more.
+        """
+        return self._ask(lambda: self._pushed(object_id, by_m))
+
+    def _ask(self, wish: Callable[[], T]) -> T:
+        self._check()
+        answer: Future[object] = Future()
+        with self._lock:
+            self._wishes.append((wish, answer))
+        return answer.result(_PICTURE_S)  # type: ignore[return-value]
+
+    def _check(self) -> None:
+        if self._broken:
+            raise TorcError(f"The simulated world broke: {self._broken}.")
+
+    def _live(self) -> None:
+        problem, robot, workspace = self._made_of
+        try:
+            world = build_world(problem, robot, workspace)
+            self._world, self._stepper = world, Stepper(world)
+            self._first = world.positions.copy(), world.wxyz.copy()
+            self._gripper = SimulatedGripper(self._stepper, robot)
+            self._arm = SimulatedArm(self._stepper, robot, self._gripper)
+            self._gripper.begin_opening(self._gripper.max_width_m)
+            with SimulatedCamera(world) as self._camera:
+                self._go_on(world)
+        except Exception as error:  # whoever waits must hear of it
+            self._broken = str(error) or type(error).__name__
+            for _, answer in self._wishes:
+                answer.set_exception(TorcError(self._broken))
+        finally:
+            self._up.set()
+
+    def _go_on(self, world: World) -> None:
+        began = time.monotonic() - world.time_s
+        self._rest_since, self._width = world.time_s, self._gripper.width_m
+        while self._running:
+            with self._lock:
+                wishes, self._wishes = self._wishes, []
+            for wish, answer in wishes:
+                try:
+                    answer.set_result(wish())
+                except InputError as error:  # of a wish that cannot be; nothing broke
+                    answer.set_exception(error)
+                except Exception as error:  # whoever wished must hear of it
+                    answer.set_exception(error)
+                    raise
+            behind = time.monotonic() - began - world.time_s
+            if behind > _MOST_BEHIND_S:
+                began += behind - _MOST_BEHIND_S
+            if behind < self._stepper.period_s:
+                self._up.set()
+                time.sleep(0.002)
+                continue
+            self._step()
+
+    def _step(self) -> None:
+        if self._goal is not None:
+            self._arm.command(self._goal)
+        with self._lock:
+            fingers = self._fingers
+        if fingers is not None:
+            self._command_fingers(*fingers)
+        self._stepper.step()
+        self._qpos = self._arm.qpos
+        if self._felt:
+            self._contact_n = self._arm.contact_n
+        if fingers is not None:
+            self._feel_fingers(fingers)
+
+    def _command_fingers(self, position: int, force: int) -> None:
+        if position >= self._scale.closed_count:
+            low, high = FORCE_N
+            self._gripper.begin_closing(low + force / 255 * (high - low))
+        else:
+            self._gripper.begin_opening(self._scale.width_m(position))
+
+    def _feel_fingers(self, fingers: tuple[int, int]) -> None:
+        """Writes down where they are, once per step."""
+        width, now_s = self._gripper.width_m, self._world.time_s
+        if abs(width - self._width) > _STILL_M_S * self._stepper.period_s:
+            self._rest_since = now_s
+        self._width = width
+        count = self._scale.count(min(width, self._scale.max_width_m))
+        with self._lock:
+            if self._fingers != fingers:  # told something else meanwhile
+                self._rest_since = now_s
+                return
+            if now_s - self._rest_since < _STILL_S:
+                self._found = count, Object.MOVING
+                return
+            wanted = min(fingers[0], self._scale.closed_count)
+            empty = fingers[0] >= self._scale.closed_count and width < _EMPTY_M
+            if empty or abs(count - wanted) <= _ARRIVED_COUNTS:
+                self._found = count, Object.AT_POSITION
+            else:
+                closing = count < wanted
+                self._found = count, Object.STOPPED_CLOSING if closing else Object.STOPPED_OPENING
+
+    def _capture(self) -> Observation:
+        self._cleared()
+        return self._camera.capture()
+
+    def _cleared(self) -> Truth:
+        """Takes away what has come to rest in the bin, or below the table."""
+        world = self._world
+        in_bin, calm = set(world.in_bin()), world.speeds() < _CALM_M_S
+        below = world.positions[:, 2] < world.workspace.support_z_m - _BELOW_M
+        for k in world.off_table():
+            if not calm[k] or not (k in in_bin or below[k]):
+                continue
+            (self._in_bin if k in in_bin else self._dropped).append(k)
+            world.park(k, Presence.DELIVERED if k in in_bin else Presence.DROPPED)
+        world.update_position_stage()
+        return Truth(tuple(self._in_bin), tuple(self._dropped))
+
+    def _laid_out(self) -> None:
+        for k, (position, wxyz) in enumerate(zip(*self._first, strict=True)):
+            self._world.unpark(k, position, wxyz)
+        self._in_bin.clear()
+        self._dropped.clear()
+        self._world.update_position_stage()
+
+    def _pushed(self, object_id: int | None, by_m: float) -> int:
+        world = self._world
+        there, places = world.on_table(), world.positions
+        if not there or (object_id is not None and object_id not in there):
+            raise InputError(f"No such object is on the table; there are {list(there)}.")
+        k = max(there, key=lambda i: places[i, 2]) if object_id is None else object_id
+        away = places[k, :2] - places[list(there), :2].mean(axis=0)
+        away = away / (np.linalg.norm(away) or 1.0)
+        world.set_object_pose(k, places[k] + [*(by_m * away), _CLEAR_M], world.wxyz[k])
+        world.update_position_stage()
+        return k

@@ -1,0 +1,252 @@
+"""The `ArmDriver` of a robot of Universal Robots (CB3 and e-Series), by ur_rtde."""
+
+import itertools
+import json
+import subprocess
+import sys
+import threading
+import time
+from contextlib import suppress
+from dataclasses import dataclass
+from importlib.util import find_spec
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from torc.errors import InputError, MissingDependencyError, extra_remedy
+from torc.records import Trajectory
+from torc_lab.exclusive import ControllerLock
+from torc_lab.protocols import ArmStatus, LabError
+from torc_lab.ros.messages import ur_safety_fault
+
+_DOF = 6
+_RUNNING = 7
+_MODES = {
+    -1: "its controller is not connected",
+    0: "its controller is not connected",
+    1: "its safety settings wait to be confirmed",
+    2: "it starts up",
+    3: "its power is off",
+    4: "it is not initialised",
+    5: "its brakes are on",
+    6: "its brakes are released by hand",
+    8: "its firmware is being updated",
+}
+"""What a robot mode other than running means (RTDE guide, robot_mode)."""
+_MOVING_RAD_S = 0.01
+_SLIDER = 0.995
+_ENDS_S = 3.0
+
+
+@dataclass(frozen=True)
+class UrConfig:
+    """Where the robot is.
+
+    Attributes:
+        host: its name or address.
+        rate_hz: set points per second. 125 suits all; an e-Series takes up to 500.
+        lookahead_s, gain: of servoJ: how far ahead the controller smooths (.03 to .2 s), and how stiffly it follows
+            (100 to 2000).
+        feels_contact: whether the force on the TCP is to be relied on. The e-Series measures it; a CB3 guesses it from
+            its motors' currents, which is too rough for a guard.
+        timeout_s: until the robot has told its state, and until a motion has begun.
+    """
+
+    host: str
+    rate_hz: float = 125.0
+    lookahead_s: float = 0.1
+    gain: float = 300.0
+    feels_contact: bool = True
+    timeout_s: float = 8.0
+
+    def __post_init__(self) -> None:
+        if not (50 <= self.rate_hz <= 500 and 0.03 <= self.lookahead_s <= 0.2 and 100 <= self.gain <= 2000):
+            raise InputError("UrConfig: rate_hz is 50 to 500, lookahead_s .03 to .2, gain 100 to 2000.")
+        if not self.host or not self.timeout_s > 0:
+            raise InputError("UrConfig: a host, and a timeout_s above 0.")
+
+
+class UrArm:
+    """A UR in remote control. Its program, ur_rtde's, is uploaded at the first motion, and ends one that runs.
+
+    Set points are streamed (servoJ), so that the way and its speed are those that were checked, and a robot that hears
+    no more of torc rests at the last one. Contact is the force on the TCP beyond that at the start of the motion:
+    payload and centre of gravity must be set at the pendant.
+    """
+
+    start_tolerance_rad = 2e-3
+
+    def __init__(self, config: UrConfig, dof: int = _DOF) -> None:
+        """Connects and waits for the first state; nothing moves.
+
+        Raises LabError, InputError, MissingDependencyError.
+        """
+        if dof != _DOF:
+            raise InputError(f"A UR has {_DOF} joints; the robot description has {dof}.")
+        if find_spec("rtde_control") is None:
+            raise MissingDependencyError("ur_rtde, for arms of Universal Robots,", extra_remedy("ur"))
+        self.config, self.name = config, f"UR at {config.host}"
+        self.feels_contact = config.feels_contact
+        self._news = threading.Condition()
+        self._state: tuple[Any, ...] | None = None
+        self._lost = ""
+        self._lock: ControllerLock | None = None
+        self._numbers, self._latest, self._begun = itertools.count(1), 0, 0
+        self._ended: str | None = ""
+        self._untouched_n = np.zeros(3)
+        numbers = (config.rate_hz, config.lookahead_s, config.gain)
+        command = [sys.executable, "-m", "torc_lab.ur.session", config.host, *map(str, numbers)]
+        pipe = subprocess.PIPE
+        # A session of its own: Ctrl-C in the terminal is torc's to handle.
+        self._process = subprocess.Popen(
+            command, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL, start_new_session=True
+        )
+        self._sending = threading.RLock()
+        self._reader = threading.Thread(target=self._read, name="torc-ur", daemon=True)
+        self._reader.start()
+        if not self._await(lambda: self._state is not None):
+            self.close()
+            raise LabError(
+                f"{self.name} cannot be reached: {self._lost}. Is it on, and its RTDE interface not taken by "
+                "EtherNet/IP or PROFINET?"
+            )
+
+    def status(self) -> ArmStatus:
+        """The latest. Raises LabError if the connection is lost."""
+        with self._news:
+            self._check()
+            assert self._state is not None
+            stamp_s, qpos, fastest, force, mode, safety, slider = self._state
+            moving = self._ended is None or fastest > _MOVING_RAD_S
+            contact_n = (
+                float(np.linalg.norm(np.array(force) - self._untouched_n)) if self.feels_contact else 0.0
+            )
+        return ArmStatus(stamp_s, np.array(qpos), moving, ur_fault(mode, safety, slider), contact_n)
+
+    def start(self, trajectory: Trajectory) -> None:
+        """Hands set points over, and waits until the first is sent. Raises LabError if the robot refuses."""
+        points = set_points(trajectory, self.config.rate_hz)
+        self._lock = self._lock or ControllerLock(f"ur-{self.config.host}")
+        with self._news:
+            self._check()
+            assert self._state is not None
+            if np.abs(points[0] - np.array(self._state[1])).max() > self.start_tolerance_rad:
+                raise LabError(f"{self.name} is not where the motion begins.")
+            self._latest, self._ended = next(self._numbers), None
+            self._untouched_n = np.array(self._state[3])
+        self._send({"move": self._latest, "points": np.round(points, 7).tolist()})
+        if not self._await(lambda: self._begun == self._latest or self._ended is not None):
+            self.stop()
+            raise LabError(self._lost or f"{self.name} did not begin the motion.")
+        if self._begun != self._latest:
+            raise LabError(f"{self.name} refuses the motion: {self._ended}.")
+
+    def ended(self) -> str | None:
+        """None until all set points are sent and the arm has settled. Raises LabError if it is lost."""
+        with self._news:
+            self._check()
+            return self._ended
+
+    def stop(self) -> None:
+        """No more set points; the robot brakes (servoStop). Raises LabError if it cannot be told."""
+        self._send({"stop": True})
+
+    def close(self) -> None:
+        """Stops, ends the program on the robot, and the connection."""
+        with self._news:
+            self._lost = self._lost or f"{self.name} was closed"
+        with suppress(OSError), self._sending:
+            if self._process.stdin is not None:
+                self._process.stdin.close()
+        try:
+            self._process.wait(_ENDS_S)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+        self._reader.join()
+        if self._process.stdout is not None:
+            self._process.stdout.close()
+        if self._lock is not None:
+            self._lock.release()
+
+    def _send(self, message: dict[str, Any]) -> None:
+        with self._news:
+            self._check()
+        try:
+            with self._sending:
+                assert self._process.stdin is not None
+                self._process.stdin.write(json.dumps(message).encode() + b"\n")
+                self._process.stdin.flush()
+        except (OSError, ValueError) as error:
+            raise LabError(f"{self.name} is lost: {self._lost or error}.") from error
+
+    def _await(self, known: Any) -> bool:
+        with self._news:
+            deadline = time.monotonic() + self.config.timeout_s
+            while not known() and not self._lost and (left := deadline - time.monotonic()) > 0:
+                self._news.wait(left)
+            if not known() and not self._lost:
+                self._lost = (
+                    f"it said nothing within {self.config.timeout_s:g} s" if self._state is None else ""
+                )
+            return bool(known())
+
+    def _read(self) -> None:
+        """Takes in what the session tells."""
+        why = "the process that speaks to it ended"
+        assert self._process.stdout is not None
+        for line in self._process.stdout:
+            try:
+                message = json.loads(line)
+                with self._news:
+                    why = self._take(message) or why
+                    self._news.notify_all()
+            except (ValueError, KeyError, TypeError) as error:
+                why = f"its session wrote nonsense: {error}"
+                self._process.kill()
+        with self._news:
+            self._lost = self._lost or why
+            self._news.notify_all()
+
+    def _take(self, message: dict[str, Any]) -> str:
+        """Why the connection is lost, if the message says so."""
+        if "state" in message:
+            self._state = tuple(message["state"])
+        elif "begun" in message:
+            self._begun = message["begun"]
+        elif "ended" in message and message["ended"] == self._latest:
+            self._ended = message["why"]
+        return str(message.get("lost", ""))
+
+    def _check(self) -> None:
+        if self._lost:
+            raise LabError(f"{self.name} is lost: {self._lost}.")
+
+
+def ur_fault(mode: int, safety: int, slider: float) -> str:
+    """Why a UR does not move, by its robot mode, its safety mode and its speed slider; "" if it does. With the slider
+    below full speed it would fall behind its set points.
+    """
+    if fault := ur_safety_fault({"mode": safety}):
+        return fault
+    if mode != _RUNNING:
+        return _MODES.get(mode, f"robot mode {mode}")
+    if slider < _SLIDER:
+        return f"its speed slider is at {slider:.0%}; set it to 100 %, and the speed in the lab file"
+    return ""
+
+
+def set_points(trajectory: Trajectory, rate_hz: float) -> Float[np.ndarray, "n dof"]:
+    """A trajectory's positions, one per period, both ends among them; between samples on the cubic through positions
+    and velocities.
+    """
+    times = trajectory.times_s - trajectory.times_s[0]
+    at = np.append(np.arange(0, times[-1], 1 / rate_hz), times[-1])
+    k = np.clip(np.searchsorted(times, at, side="right") - 1, 0, len(times) - 2)
+    span = (times[k + 1] - times[k])[:, None]
+    s = (at - times[k])[:, None] / span
+    q, v = trajectory.qpos, trajectory.qvel
+    begin, end = s * s * (2 * s - 3) + 1, s * s * (3 - 2 * s)
+    leave, arrive = s * (s - 1) ** 2, s * s * (s - 1)
+    return np.asarray(begin * q[k] + end * q[k + 1] + span * (leave * v[k] + arrive * v[k + 1]))

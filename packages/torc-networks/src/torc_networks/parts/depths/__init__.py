@@ -1,0 +1,1 @@
+"""Depth stages; `--depth`."""

@@ -1,0 +1,1 @@
+"""Perceptions; `--perception`."""

@@ -1,0 +1,166 @@
+"""Loads a network through transformers, from a folder or the Hugging Face hub, and runs it as its settings say.
+
+torch, torchvision and transformers are imported here, when a network is first used.
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
+
+from torc.errors import InputError, MissingDependencyError, extra_remedy
+from torc_networks.sam.weights import known_weights
+
+PAGE = "docs/networks.md"
+_MOST_MISSING = 0.1
+"""Share of a network's arrays that may be missing in its weights: with more they are another network's."""
+_ONE_INDEX = (
+    "pip install --force-reinstall torch torchvision --index-url https://download.pytorch.org/whl/cpu "
+    f"(both from one index; {PAGE})"
+)
+
+
+@dataclass(frozen=True)
+class Runtime:
+    """Where a network runs.
+
+    Attributes:
+        device: cpu, or cuda for an NVIDIA GPU.
+        half: in bfloat16 where that is safe (autocast); on cuda alone.
+        threads: of the processor.
+    """
+
+    device: Literal["cpu", "cuda"] = "cpu"
+    half: bool = False
+    threads: int = 1
+
+    def __post_init__(self) -> None:
+        if self.device not in ("cpu", "cuda"):
+            raise InputError(f"The device is cpu or cuda, not '{self.device}'.")
+        if self.half and self.device != "cuda":
+            raise InputError("Half precision is for cuda alone: set device to cuda, or half to False.")
+        if self.threads < 1:
+            raise InputError(f"A network runs on at least one thread, not {self.threads}.")
+
+
+class Kind(NamedTuple):
+    """A kind of network: its name in messages, and its classes in transformers."""
+
+    title: str
+    processor: str
+    model: str
+
+
+# The hub's SAM 2.1 and SAM 3 call themselves video models: the Auto classes would make those of them.
+GROUNDING_DINO = Kind("Grounding DINO", "AutoProcessor", "AutoModelForZeroShotObjectDetection")
+SAM2 = Kind("SAM 2.1", "Sam2Processor", "Sam2Model")
+SAM3 = Kind("SAM 3", "Sam3Processor", "Sam3Model")
+
+
+@dataclass(frozen=True)
+class Network:
+    """A network with what prepares its inputs and reads its outputs, both of transformers."""
+
+    processor: Any
+    model: Any
+    torch: Any
+    runtime: Runtime
+
+    @contextmanager
+    def running(self) -> Iterator[None]:
+        """Within, it runs without gradients, on its threads, at its precision; torch's threads are restored after."""
+        torch, before = self.torch, self.torch.get_num_threads()
+        torch.set_num_threads(self.runtime.threads)
+        try:
+            with (
+                torch.inference_mode(),
+                torch.autocast(self.runtime.device, dtype=torch.bfloat16, enabled=self.runtime.half),
+            ):
+                yield
+        finally:
+            torch.set_num_threads(before)
+
+    def inputs(self, **given: Any) -> dict[str, Any]:
+        """What the processor makes of pictures, words or boxes, on the device."""
+        made = self.processor(**given, return_tensors="pt")
+        return {name: value.to(self.runtime.device) for name, value in made.items()}
+
+
+@lru_cache(maxsize=4)
+def load_network(kind: Kind, weights: str, runtime: Runtime) -> Network:
+    """The network with weights of a folder, or of an id on the Hugging Face hub; loaded once per process.
+
+    Raises MissingDependencyError without the extra `sam`, and InputError for weights that cannot be had, or are another
+    network's, and where there is no such device; the text names the remedy.
+    """
+    torch, transformers = _libraries()
+    if runtime.device == "cuda" and not torch.cuda.is_available():
+        raise InputError(
+            "device is cuda, but torch finds no NVIDIA GPU here, or was built without CUDA: use device cpu, or "
+            "install torch and torchvision as https://pytorch.org/get-started says."
+        )
+    place = _place(weights)
+    try:
+        made_by, made_as = (getattr(transformers, name) for name in (kind.processor, kind.model))
+    except (AttributeError, ImportError) as error:
+        raise MissingDependencyError(
+            f"{kind.title} in transformers {transformers.__version__}", extra_remedy("sam")
+        ) from error
+    try:
+        processor = made_by.from_pretrained(place)
+        model, told = made_as.from_pretrained(place, output_loading_info=True)
+    except Exception as error:  # a stranger's files may fail in any way
+        raise InputError(_unloaded(kind, weights, error)) from error
+    missing, arrays = len(told["missing_keys"]), len(model.state_dict())
+    if missing > _MOST_MISSING * arrays:
+        raise InputError(
+            f"The weights '{weights}' are not {kind.title}'s: {missing} of its {arrays} arrays are missing."
+        )
+    return Network(processor, model.to(runtime.device).eval(), torch, runtime)
+
+
+def _libraries() -> tuple[Any, Any]:
+    """torch and transformers, with torchvision, by which transformers prepares pictures."""
+    try:
+        import torch
+        import torchvision  # noqa: F401
+        import transformers
+    except ImportError as error:
+        what = f"{error.name or 'A library'}, which segmentation networks need,"
+        raise MissingDependencyError(what, extra_remedy("sam")) from error
+    except (RuntimeError, OSError) as error:  # built for another torch
+        raise MissingDependencyError(f"A torchvision that fits torch ({error})", _ONE_INDEX) from error
+    return torch, transformers
+
+
+def _place(weights: str) -> str:
+    """The folder, or the id. Raises InputError for a path that is none."""
+    path = Path(weights).expanduser()
+    if weights and path.is_dir():
+        return str(path)
+    if not weights or path.is_absolute() or weights[0] in "~." or weights.count("/") != 1:
+        raise InputError(
+            f"There is no folder '{weights}' with weights: give one, or an id such as facebook/sam2.1-hiera-tiny."
+        )
+    return weights
+
+
+def _unloaded(kind: Kind, weights: str, error: Exception) -> str:
+    """What to do where weights cannot be loaded."""
+    known = known_weights(weights)
+    licence = f" ({known.licence})" if known is not None else ""
+    first, *_ = f"{type(error).__name__}: {error}".strip().splitlines()
+    cause = first.split(". ")[0].rstrip(".")
+    text = [f"The weights '{weights}'{licence} of {kind.title} cannot be loaded ({cause})."]
+    if known is not None and known.gated:
+        text.append(
+            f"They are gated: ask for access at https://huggingface.co/{weights}, then run `hf auth login`."
+        )
+    if not Path(weights).expanduser().is_dir():
+        text.append(
+            f"Without a network here, run `hf download {weights} --local-dir DIR` where there is one, and name the "
+            "folder instead."
+        )
+    return " ".join([*text, f"{PAGE} has more."])

@@ -1,0 +1,1 @@
+"""The commands `torc next-object` and `torc vlm-eval`."""

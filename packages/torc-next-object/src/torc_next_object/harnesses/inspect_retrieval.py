@@ -1,0 +1,185 @@
+"""The closed loop as a task of inspect_ai: the model picks, the simulator plays the pick, the next picture comes back.
+
+    inspect eval torc/retrieval -T problems=validation --model PROVIDER/MODEL --max-samples 2
+
+Each sample is one retrieval in the simulation that `torc run` plays; a pick takes seconds, and a world some hundred MB.
+"""
+
+import os
+from collections.abc import Callable
+from concurrent.futures import Executor, ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, TypeVar
+
+import anyio
+from inspect_ai import Task, task
+from inspect_ai.dataset import MemoryDataset, Sample
+from inspect_ai.model import ChatMessageUser, ContentImage, ContentText
+from inspect_ai.scorer import Score, Scorer, Target, mean, scorer, stderr
+from inspect_ai.solver import Generate, Solver, TaskState, solver
+from inspect_ai.util import concurrency
+
+from torc.errors import InputError
+from torc_next_object.harnesses.inspect_tasks import PACKAGE
+from torc_next_object.prompting import VARIANTS, prompt_name, prompt_text
+from torc_next_object.replies import read_number
+
+_FIRST = (
+    "This is one of several looks: after your answer the robot tries that pick, and you are shown what is there then. "
+    "It has {left} tries left.\n\n"
+)
+_AFTER = "The last try ended as: {ended}. {left} tries are left. This is what the camera sees now.\n\n"
+_T = TypeVar("_T")
+
+
+@task(name=f"{PACKAGE}retrieval")
+def retrieval(
+    problems: str = "torc40",
+    seeds: int = 1,
+    variant: str = "grasps",
+    max_picks: int = 15,
+    history: bool = True,
+) -> Task:
+    """Whole retrievals. Without `history` each look is a conversation of its own, which costs fewer tokens."""
+    from torc.problems.problem import load_problem
+    from torc.problems.sets import select_problems
+
+    if variant not in VARIANTS:
+        raise InputError(f"'{variant}' is no variant; there are {', '.join(VARIANTS)}.")
+    samples = [
+        Sample(
+            id=f"{name}-{seed}",
+            input=load_problem(name).description,
+            target="retrieved",
+            metadata={"problem": name, "seed": seed},
+        )
+        for name in select_problems(problems)
+        for seed in range(seeds)
+    ]
+    return Task(
+        dataset=MemoryDataset(samples, name="torc retrieval"),
+        solver=retrieve(variant, max_picks, history),
+        scorer=retrieved(),
+        metadata={"prompt": prompt_name(variant)},
+    )
+
+
+@solver(name=f"{PACKAGE}retrieve")
+def retrieve(variant: str, max_picks: int, history: bool = True) -> Solver:
+    """Look, ask, pick, until the target is there, lost, or no try is left."""
+
+    async def solve(state: TaskState, generate: Generate) -> TaskState:
+        problem, seed = state.metadata["problem"], int(state.metadata["seed"])
+        # All that a world does must happen in the thread in which it was made: its pictures are drawn there.
+        with ThreadPoolExecutor(1) as thread:
+            async with concurrency("torc simulation", max(1, os.cpu_count() or 1)):
+                table = await _in(thread, lambda: _Table(problem, seed, max_picks))
+                try:
+                    return await _played(state, generate, table, thread)
+                finally:
+                    await _in(thread, table.close)
+
+    async def _played(state: TaskState, generate: Generate, table: "_Table", thread: Executor) -> TaskState:
+        state.messages, invalid = [], 0
+        while turn := await _in(thread, lambda: table.turn(variant)):
+            if not history:
+                state.messages = []
+            picture, text = ContentImage(image=turn.picture), ContentText(text=turn.text)
+            state.messages.append(ChatMessageUser(content=[picture, text]))
+            state = await generate(state)
+            number = read_number(state.output.completion, turn.numbers)
+            invalid += number is None
+            await _in(thread, partial(table.pick, number))
+        state.metadata |= table.result() | {"invalid": invalid}
+        state.completed = True
+        return state
+
+    return solve
+
+
+@scorer(metrics={"*": [mean(), stderr()]}, name=f"{PACKAGE}retrieval")
+def retrieved() -> Scorer:
+    """Whether the target was brought; the picks that it took (all that there are where it was not), objects that fell
+    off the table, and replies without a valid number. A simulation that broke is an error of the sample, not a failure.
+    """
+
+    async def score(state: TaskState, target: Target) -> Score:
+        facts = state.metadata
+        value = {name: float(facts[name]) for name in ("retrieved", "picks", "drops", "invalid")}
+        return Score(value=value, answer=str(facts["end"]), explanation="; ".join(facts["outcomes"]))
+
+    return score
+
+
+@dataclass(frozen=True)
+class _Turn:
+    picture: str
+    text: str
+    numbers: tuple[int, ...]
+
+
+class _Table:
+    """One retrieval in simulation, its looks as questions."""
+
+    def __init__(self, problem: str, seed: int, max_picks: int) -> None:
+        from torc.episode.steps import EpisodeConfig
+        from torc.gym_env.env import EpisodeSimulation
+        from torc.problems.problem import load_problem
+        from torc.specs.conditions import Conditions
+
+        loaded = load_problem(problem)
+        conditions = Conditions(max_picks=max_picks).at(loaded.workspace)
+        self._description, self._most = loaded.description, max_picks
+        self._simulation = EpisodeSimulation(conditions, color=True)
+        self._episode = self._simulation.begin(problem, EpisodeConfig(max_picks, seed))
+        self._look: Any = None
+
+    def turn(self, variant: str) -> _Turn | None:
+        """The next question; None at the end."""
+        from torc.io.pictures import data_url, jpeg_bytes
+        from torc.vlm.pictures import drawn_pictures
+        from torc_next_object.making.rows import PICTURE, told_of
+
+        self._look = self._episode.look()
+        if self._look is None:
+            return None
+        context = self._look.context
+        outcomes, left = self._episode.state.outcomes, self._most - len(self._episode.state.outcomes)
+        words = (
+            _AFTER.format(ended=outcomes[-1].result.value, left=left)
+            if outcomes
+            else _FIRST.format(left=left)
+        )
+        row = told_of(context) | {"description": self._description, "references": ()}
+        marked = drawn_pictures(context.scene, PICTURE)["marked"]
+        return _Turn(data_url(jpeg_bytes(marked)), words + prompt_text(row, variant), context.scene.ids)
+
+    def pick(self, number: int | None) -> None:
+        """Play it; without a number the try is lost."""
+        from torc.records import Decision
+
+        self._episode.pick(self._look, Decision(number, "the model's choice"))
+
+    def result(self) -> dict[str, Any]:
+        """What came of it."""
+        from torc.pipeline.state import EndReason
+
+        state, end = self._episode.state, self._episode.end
+        got = end is EndReason.RETRIEVED
+        return {
+            "end": end.value if end else "",
+            "retrieved": got,
+            "picks": state.pick if got else self._most,
+            "drops": len(state.dropped),
+            "outcomes": [f"{o.object_id}: {o.result.value}" for o in state.outcomes],
+        }
+
+    def close(self) -> None:
+        """Free the world."""
+        self._simulation.close()
+
+
+async def _in(thread: Executor, work: Callable[[], _T]) -> _T:
+    """Done in that thread, while others go on."""
+    return await anyio.to_thread.run_sync(lambda: thread.submit(work).result())

@@ -1,0 +1,130 @@
+"""The data set as tasks of inspect_ai: one question a sample, the score that of `torc_next_object.scoring`.
+
+    inspect eval torc/next_object_image -T data=DIR --model PROVIDER/MODEL
+
+A data set may also be named by the environment variable TORC_NEXT_OBJECT, and be one on the Hugging Face hub.
+"""
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from inspect_ai import Task, task
+from inspect_ai.dataset import MemoryDataset, Sample
+from inspect_ai.model import ChatMessageUser, ContentImage, ContentText
+from inspect_ai.scorer import Metric, SampleScore, Score, Scorer, Target, metric, scorer
+from inspect_ai.solver import TaskState, generate
+
+from torc.io.pictures import data_url
+from torc_next_object.data.opening import open_rows
+from torc_next_object.prompting import prompt_digest, prompt_name, prompt_text, sent_pictures, version_of
+from torc_next_object.replies import read_number
+from torc_next_object.scoring import COLUMNS, Scored, score_answer, summary
+
+_INSTALLED = {"site-packages", "dist-packages"} & set(Path(__file__).parts)
+PACKAGE = "" if _INSTALLED else "torc/"
+"""inspect_ai prefixes names with an installed package's; of an editable one it does so only where the distribution is
+called as the import."""
+IN_METADATA = (*COLUMNS, "best")
+"""Columns that go into a sample's metadata, which no model sees."""
+_GROUPS = (("difficulty", "hard"), ("target", "hidden"), ("target", "visible"))
+_SHOWN = ("regret", "regret_low", "regret_high", "top1", "top1_low", "top1_high", "lost", "invalid")
+
+
+@task(name=f"{PACKAGE}next_object_image")
+def next_object_image(data: str | None = None, split: str = "test") -> Task:
+    """Which object first, by the marked picture alone."""
+    return _task("image", data, split)
+
+
+@task(name=f"{PACKAGE}next_object_grasps")
+def next_object_grasps(data: str | None = None, split: str = "test") -> Task:
+    """The same, told what can be grasped and what blocks what."""
+    return _task("grasps", data, split)
+
+
+@task(name=f"{PACKAGE}next_object_relations")
+def next_object_relations(data: str | None = None, split: str = "test") -> Task:
+    """The same, told who seems to stand behind whom."""
+    return _task("relations", data, split)
+
+
+@metric
+def next_object_scores() -> Metric:
+    """Regret, share of best choices, and share of invalid replies, with intervals, as `torc next-object score`."""
+
+    def scores(found: list[SampleScore]) -> dict[str, Any]:
+        scored = [_scored(one) for one in found]
+        # A row that was asked several times counts by its mean.
+        invalid = sum(_value(one)["invalid"] for one in found) / len(found)
+        whole = summary(scored).to_dict() | {"invalid": round(invalid, 4)}
+        told = {name: whole[name] for name in _SHOWN}
+        for kind, group in _GROUPS:
+            told[f"regret_{group}"] = whole["by"][kind].get(group, {}).get("regret")
+        return {name: value for name, value in told.items() if value is not None}
+
+    return scores
+
+
+@scorer(metrics=[next_object_scores()], name=f"{PACKAGE}next_object")
+def next_object() -> Scorer:
+    """What a sample's choice loses, from its metadata's table of values."""
+
+    async def score(state: TaskState, target: Target) -> Score:
+        row: Mapping[str, Any] = state.metadata
+        number = read_number(state.output.completion, row["numbers"])
+        found = score_answer(row, number)
+        value = {
+            "regret": math.nan if found.regret is None else found.regret,
+            "top1": float(found.top1),
+            "lost": found.lost,
+            "spread": found.spread,
+            "invalid": float(found.number is None),
+        }
+        best = ", ".join(map(str, row["best"]))
+        told = "no valid choice" if number is None else f"chose {number}"
+        return Score(
+            value=value,
+            answer=None if number is None else str(number),
+            explanation=f"{told}; best: {best}; {found.lost:.2f} of {found.spread:.2f} picks lost",
+        )
+
+    return score
+
+
+def _task(variant: str, data: str | None, split: str) -> Task:
+    rows = open_rows(data, split)
+    version = version_of(rows[0])
+    return Task(
+        dataset=MemoryDataset([_sample(row, variant) for row in rows], name=f"torc-next-object {split}"),
+        solver=generate(),
+        scorer=next_object(),
+        metadata={
+            "prompt": prompt_name(variant, version),
+            "prompt_sha256": prompt_digest(variant, version),
+        },
+    )
+
+
+def _sample(row: Mapping[str, Any], variant: str) -> Sample:
+    pictures = [ContentImage(image=data_url(picture)) for picture in sent_pictures(row)]
+    text = ContentText(text=prompt_text(row, variant))
+    return Sample(
+        id=str(row["id"]),
+        input=[ChatMessageUser(content=[*pictures, text])],
+        target=[str(number) for number in row["best"]],
+        metadata={name: row[name] for name in IN_METADATA},
+    )
+
+
+def _scored(one: SampleScore) -> Scored:
+    """A sample's score, or the mean of several epochs', as `scoring` has it."""
+    value, row = _value(one), dict(one.sample_metadata or {})
+    plain = score_answer(row, None)
+    number = None if value["invalid"] else int(row["numbers"][0])
+    return Scored(plain.id, plain.scene, number, value["lost"], value["spread"], value["top1"], plain.groups)
+
+
+def _value(one: SampleScore) -> Mapping[str, Any]:
+    return one.score.as_dict()

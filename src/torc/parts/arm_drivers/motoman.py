@@ -1,3 +1,0 @@
-"""Yaskawa controllers with MotoROS, by simple message."""
-
-from torc.lab.simple_message.arm import MotomanArm as PART

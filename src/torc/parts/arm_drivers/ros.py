@@ -1,3 +1,0 @@
-"""Arms that ROS 1 or 2 drives, by rosbridge."""
-
-from torc.lab.ros.arm import RosArm as PART

@@ -1,3 +1,0 @@
-"""Robotiq grippers behind a UR controller's URCap."""
-
-from torc.lab.robotiq.gripper import over_urcap as PART

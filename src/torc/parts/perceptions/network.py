@@ -1,3 +1,0 @@
-"""Masks from a server."""
-
-from torc.perception.network.perception import NetworkPerception as PART
