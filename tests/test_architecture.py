@@ -196,3 +196,15 @@ def test_only_compiled_kernels_have_no_types():
         ]
         typed = function.returns is not None or any(a.annotation for a in arguments)
         assert kernel or typed, f"{path}: {function.name}"
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda p: p.relative_to(ROOT).as_posix())
+def test_no_module_binds_a_name_twice(path):
+    """The second binding would change what the first one's users compute with."""
+    bound = Counter()
+    for node in ast.parse(path.read_text()).body:
+        targets = node.targets if isinstance(node, ast.Assign) else []
+        bound.update(n.id for target in targets for n in ast.walk(target) if isinstance(n, ast.Name))
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
+            bound[node.name] += 1
+    assert [name for name, count in bound.items() if count > 1] == []

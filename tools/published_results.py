@@ -19,7 +19,7 @@ from torc.benchmark.report import tables
 from torc.benchmark.report.cells import TextTable
 from torc.benchmark.report.ranking import rank
 from torc.benchmark.report.scores import give_ups_table, scores_table, within_table
-from torc.benchmark.report.sets import sets_table
+from torc.benchmark.report.tables import sets_table
 from torc.benchmark.report.writing import write_report
 from torc.benchmark.rows import Table
 from torc.benchmark.table_files import TRIALS_FILE, read_rows, write_tables

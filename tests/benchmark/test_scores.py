@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from torc.benchmark.report.scores import give_ups_table, score_summary, scores_table, within_table
-from torc.benchmark.report.sets import sets_table
+from torc.benchmark.report.tables import sets_table
 from torc.benchmark.rows import Table
 from torc.benchmark.scores import (
     efficiency,

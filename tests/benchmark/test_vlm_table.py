@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from torc.benchmark.report.vlm import vlm_table
+from torc.benchmark.report.tables import vlm_table
 from torc.benchmark.rows import Table, TrialRow
 from torc.benchmark.table_files import TRIALS_FILE, read_rows, write_tables
 

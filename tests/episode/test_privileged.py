@@ -12,7 +12,7 @@ from torc.episode.log import line_of
 from torc.episode.privileged import Privileged, open_sandbox
 from torc.episode.steps import EpisodeConfig
 from torc.episode.trial import run_trial
-from torc.errors import UnknownNameError
+from torc.errors import InputError, UnknownNameError
 from torc.perception.checked_scenes import ask_camera
 from torc.pipeline.building import build_system
 from torc.pipeline.planners import make_planner, refuse_simulated

@@ -8,8 +8,7 @@ from scipy.optimize import linprog
 
 from torc.motion.config import TimingConfig
 from torc.motion.geometry import rounded_path
-from torc.motion.profile import fastest_speeds
-from torc.motion.timing import join, time_line, time_path
+from torc.motion.timing import fastest_speeds, join, time_line, time_path
 
 CONFIG = TimingConfig()
 

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from torc.perception.fixed import without_fixed
-from torc.perception.from_masks import FromMasks, Masks
+from torc.perception.from_masks import FromMasks, Masks, without_fixed
 from torc.perception.protocol import Wanted
 from torc.perception.segmentation import PerceptionConfig
 from torc.testing.contexts import box

@@ -9,7 +9,7 @@ from torc.errors import UnknownNameError
 from torc.pipeline.building import build_pipeline, build_system, check_settings
 from torc.pipeline.planners import make_spec_planner
 from torc.registry.context import BuildContext
-from torc.registry.settings import REQUIRED, check_names, settings_of
+from torc.registry.settings import REQUIRED, arguments, settings_of
 from torc.robots.loading import load_robot
 from torc.specs.conditions import Conditions, PipelineSpec
 from torc.specs.trial import PlannerSpec
@@ -83,9 +83,9 @@ def test_what_a_part_is_given_is_no_setting():
     def make(camera, step=2):
         return camera, step
 
-    check_names(make, {"step": 3}, "camera")
+    arguments(make, {"step": 3}, "camera")
     with pytest.raises(UnknownNameError, match=r"Known: camera\.step\."):
-        check_names(make, {"camera": 3}, "camera")
+        arguments(make, {"camera": 3}, "camera")
     assert BuildContext(camera=7, dof=6).given_to(make) == {"camera": 7}
 
 

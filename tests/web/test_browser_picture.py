@@ -6,8 +6,8 @@ from page_server import Game, served
 from tests.helpers.fake_trial import SHAPES
 from torc.episode.recorded import read_trial
 from torc.testing.synthetic import SyntheticBox
+from torc.web.pick_page import find_tags
 from torc.web.session import Phase
-from torc.web.tags import find_tags
 
 pytestmark = pytest.mark.browser
 

@@ -14,9 +14,8 @@ from torc.errors import InputError
 from torc.io.record_files import save_record
 from torc.web.app import thumbnail
 from torc.web.frames import pack_view
-from torc.web.pick_page import pick_page, trial_page
+from torc.web.pick_page import find_tags, pick_page, trial_page
 from torc.web.shelf import open_shelf
-from torc.web.tags import find_tags
 
 
 @pytest.fixture

@@ -12,9 +12,8 @@ from torc.drawing.mask_comparison import Compared, mask_comparison
 from torc.io.pictures import write_png
 from torc.perception.embedded.inputs import PIXEL_M, Patch, View, Window, channels, cut
 from torc.perception.embedded.instances import InstanceConfig, find_instances
-from torc.perception.embedded.mirror import both_ways
 from torc.perception.embedded.model import segment_patch
-from torc.perception.embedded.perception import uncut
+from torc.perception.embedded.perception import both_ways, uncut
 from torc.perception.scoring import MaskScore, mean_score, score_masks
 
 _SHOWN = 8

@@ -146,10 +146,13 @@ class TrialRow:
 
 @dataclass(frozen=True)
 class Table:
-    """All trials of a directory, sorted by planner, problem and seed, and directories that do not count, with why.
+    """The trials of a benchmark, sorted by planner, problem and seed.
 
-    Trials on a real robot are among `rows` only if there are no simulated ones: else they are in `beside`, since their
-    scenes are other ones.
+    Attributes:
+        root: the directory that they were read from.
+        rows: one per trial.
+        left_out: directories that do not count, with the reason.
+        beside: trials on a real robot, if there are simulated ones too: their scenes differ, so they are not compared.
     """
 
     root: Path
@@ -159,30 +162,30 @@ class Table:
 
     @property
     def all_real(self) -> bool:
-        """Whether all trials that are compared were played on a real robot."""
+        """True if all compared trials were played on a real robot."""
         return all(row.real for row in self.rows)
 
     @property
     def on_robot(self) -> "Table":
-        """The trials on a real robot alone."""
+        """Only the trials on a real robot."""
         return Table(self.root, self.beside or tuple(row for row in self.rows if row.real))
 
     @property
     def has_place(self) -> bool:
-        """Whether its trials share a directory below the root of the disk, which a viewer can be given."""
+        """True if the trials share a directory that a viewer can be given."""
         whole = self.root.resolve()
         return whole != whole.parent
 
     @property
     def view_command(self) -> str:
-        """What shows the trials in a browser; "" where they have no directory in common but the root of the disk."""
+        """The command that shows the trials in a browser; "" if they share no directory but the root of the disk."""
         if not self.has_place:
             return ""
         return f"torc view {shlex.quote(str(self.root))}"
 
     @property
     def conditions(self) -> str:
-        """Of all trials; "" where they are the default ones."""
+        """The conditions of all trials as text; "" for the defaults."""
         return self.rows[0].conditions
 
     @property
@@ -196,11 +199,11 @@ class Table:
         return tuple(sorted({r.problem for r in self.rows}))
 
     def of(self, planner: str, category: str | None = None) -> list[TrialRow]:
-        """The trials of a planner, completed or not."""
+        """Return the trials of a planner, completed or not."""
         return [r for r in self.rows if r.planner == planner and category in (None, r.category)]
 
     def completed(self, planner: str, category: str | None = None) -> list[TrialRow]:
-        """The scored trials of a planner."""
+        """Return the scored trials of a planner."""
         return [r for r in self.of(planner, category) if r.completed]
 
 

@@ -31,17 +31,18 @@ class Sought(StrEnum):
 
 @dataclass(frozen=True)
 class Answer:
-    """The decision for a frame.
+    """The decision for a frame, and what it rests on.
 
     Attributes:
-        decision: of the task planner. Its `object_id` and evidence are in torc's ids, in which the target is 0; its
-            reason is in the frame's labels, if the planner says `context.called(object_id)` as torc's own do.
-        look: all that the decision rests on; `look.context.volume` goes into the next call.
-        labels: the frame's own label of each id.
+        decision: the planner's decision. `object_id` and `evidence` use torc's ids, in which the target is 0; the
+            reason uses the frame's labels, provided the planner writes `context.called(object_id)`.
+        look: everything that was perceived and planned. Pass `look.context.volume` to the next call.
+        labels: the frame's label of each id.
         names: the frame's name of each id that has one.
         eyes: name of the perception that found the objects.
-        sought: what told which object is the target.
-        pose_estimated: the camera's pose was made up from the picture: grasps are in a world of its own.
+        sought: how perception knew which object is the target.
+        pose_estimated: True if the camera's pose was estimated from the picture; grasps are then not in a robot's base
+            frame.
         warnings: messages for the user: how the frame was understood, and what looks wrong in it.
     """
 
@@ -56,29 +57,29 @@ class Answer:
 
     @property
     def label(self) -> int | None:
-        """The object to pick next, as the frame labels it; None if there is no choice."""
+        """The label of the object to pick next; None if there is no choice."""
         return None if self.decision.object_id is None else self.labels[self.decision.object_id]
 
     @property
     def grasps(self) -> tuple[Grasp, ...]:
-        """The grasps of the choice that can be tried now, the most probable first; none if there is no choice."""
+        """The valid grasps of the chosen object, most probable first; empty if there is no choice."""
         chosen = self.decision.object_id
         return () if chosen is None else valid_grasps(self.look.context, chosen)
 
     @property
     def left_out(self) -> tuple[int, ...]:
-        """Labels of the frame that show too little to be taken for objects: too few pixels, or readings of depth."""
+        """Labels of the frame with too few pixels or depth readings to be objects."""
         ids = self.look.context.scene.ids
         return tuple(sorted(label for k, label in self.labels.items() if k not in ids))
 
     @property
     def sureness(self) -> dict[int, float]:
-        """How surely each mask is one object, by id, where perception found the masks."""
+        """By id, the probability that a mask is exactly one object, if perception found the masks."""
         return {k.id: float(k.sureness) for k in self.look.context.scene.known}
 
     @property
     def target_p(self) -> dict[int, float]:
-        """How surely each object in sight is the target, by id, where reference pictures or words told of it."""
+        """By id, the probability that an object is the target, if pictures or words describe it."""
         told = {k.id: k.target_p for k in self.look.context.scene.known if k.id in self.labels}
         return told if self.sought in (Sought.PICTURES, Sought.WORDS) else {}
 

@@ -34,8 +34,13 @@ STATUS_WORDS: Mapping[GraspStatus, str] = MappingProxyType(
 
 @dataclass(frozen=True)
 class Grasp:
-    """A grasp that can be tried now: its pose as GRASP_FRAME says, the distance between the pads when they touch the
-    object, and the probability that the object is delivered to the bin.
+    """A grasp that can be tried now.
+
+    Attributes:
+        T_world_tcp: pose of the grasp frame in the world, (4, 4), metres. Its origin is midway between the tips of the
+            pads when they touch the object; x is the closing direction, z the approach, out of the gripper.
+        width_m: distance between the pads when they touch the object, metres.
+        p: probability that the object is delivered to the bin.
     """
 
     T_world_tcp: Float[np.ndarray, "4 4"]
@@ -43,7 +48,7 @@ class Grasp:
     p: float
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON-compatible, lengths to a hundredth of a millimetre."""
+        """Return JSON-compatible data, lengths rounded to a hundredth of a millimetre."""
         pose, width_m, p = self.T_world_tcp.round(6).tolist(), round(self.width_m, 5), round(self.p, 4)
         return {"T_world_tcp": pose, "width_m": width_m, "p": p}
 

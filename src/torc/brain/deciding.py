@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 
 from torc.brain.answer import Answer, Sought
-from torc.brain.sizes import size_doubts
 from torc.drawing.label_places import mask_anchor
 from torc.errors import InputError
 from torc.perception.protocol import Depth, Perception, Wanted
@@ -50,13 +49,15 @@ def decide_frame(
     """Decide which object to pick next in a frame. The first call compiles kernels, and says so on stderr.
 
     Args:
+        frame: the picture, its depth, and masks if it has any.
         planner: task planner; DG-SELECT by default.
-        robot: whose reach counts (a description, or its name or path); None checks only the gripper (a Robotiq
-            2F-85) and takes every pose as reachable.
-        volume: the occlusion volume after the frame before, None for the first frame.
+        robot: the robot whose reach counts (a description, or its name or path); None checks only the gripper (a
+            Robotiq 2F-85) and takes every pose as reachable.
+        volume: the occlusion volume after the previous frame; None for the first frame.
+        seed: decides all random draws.
         stages: depth, perception, grasp planner and their settings; the defaults if not given. For a frame without
             masks the default perception is torc's own eyes.
-        wanted: the target, for a frame without masks; the frame's own description by default.
+        wanted: the target, for a frame without masks; the frame's description by default.
         finder: a model that looks for the target by its description, in a frame without masks.
 
     Raises:
@@ -196,3 +197,35 @@ def workspace_of(frame: Frame, *, with_robot: bool = False) -> Workspace:
     (x, y, _), (dx, dy, _) = (0.5 * (high + low)).tolist(), (high - low).tolist()
     table = Box("table", (x, y, frame.support_z_m - 0.05), (dx + 0.4, dy + 0.4, 0.10))
     return replace(load_workspace(), table=table, bin=nowhere, grid=frame.grid)
+
+
+_LARGEST_M, _SMALLEST_M = 0.33, 0.015
+"""Between these lies the median length of things on a table: twice the largest of the shipped problems, whose medians
+are .07 to .16 m, and a fifth of the smallest, since little may be seen of a thing."""
+_USUAL_M = 0.12
+_FACTORS = (4, 5, 10, 1000)
+_FEWEST = 3
+
+
+def size_doubts(scene: SegmentedScene) -> tuple[str, ...]:
+    """A message if most things in sight are far too large or too small for things that a hand picks."""
+    sizes = [_length_m(o.points) for o in scene.objects if len(o.points) > 20]
+    if len(sizes) < _FEWEST:
+        return ()
+    median = float(np.median(sizes))
+    if _SMALLEST_M < median < _LARGEST_M:
+        return ()
+    large = median > _LARGEST_M
+    fit = sorted(_FACTORS, key=lambda f: abs(np.log((median / f if large else median * f) / _USUAL_M)))[:2]
+    bound, how = ("over", "smaller") if large else ("under", "larger")
+    factors = " or ".join(map(str, sorted(fit)))
+    return (
+        f"Half of the objects seem to be {bound} {100 * median:.1f} cm long. The depth's unit is probably wrong: they "
+        f"would be of usual size with a depth_scale {how} by a factor of {factors}.",
+    )
+
+
+def _length_m(points: np.ndarray) -> float:
+    """The longer side of what is seen of a thing."""
+    low, high = np.percentile(points, [5, 95], axis=0)
+    return float((high - low).max())

@@ -5,11 +5,11 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel, Field, ValidationError
+from pydantic import BaseModel, Field
 
 from torc.errors import InputError
 from torc.io.reading import read_text
-from torc.io.strict_yaml import explain_faults, parse_plain_yaml
+from torc.io.strict_yaml import parse_yaml_as
 from torc.specs.conditions import Conditions
 
 _MAX_BYTES = 100_000
@@ -35,11 +35,7 @@ class _Experiment(BaseModel, extra="forbid"):
 def read_experiment(path: Path) -> dict[str, Any]:
     """What a file says, as fields of the command. Raises InputError naming file and field."""
     text = read_text(path, "replace")
-    content = parse_plain_yaml(text, str(path), "experiment", _MAX_BYTES, _REMEDY)
-    try:
-        found = _Experiment.model_validate(content)
-    except ValidationError as error:
-        raise InputError(f"{path} is not a valid experiment. {_REMEDY}\n{explain_faults(error)}") from None
+    found = parse_yaml_as(_Experiment, text, str(path), "experiment", _MAX_BYTES, _REMEDY)
     known = {f.name for f in fields(Conditions)}
     if unknown := sorted(found.conditions.keys() - known):
         raise InputError(f"{path}: conditions.{unknown[0]} is none; there are {', '.join(sorted(known))}.")

@@ -73,7 +73,7 @@ class CheckCommand:
         from torc.io.pictures import write_png
         from torc.robots.loading import robot_file
         from torc.robots.parsing import compile_mjcf, try_robot
-        from torc.sim.robot_portraits import robot_portrait
+        from torc.sim.portraits import robot_portrait
         from torc.workspace.workspace_files import load_workspace
 
         workspace = load_workspace(self.workspace)

@@ -125,7 +125,14 @@ class RecordedTrial:
 
 
 def read_trial(directory: Path) -> RecordedTrial:
-    """What stands in a trial's directory. Raises InputError if that is no trial."""
+    """Read a trial from its directory: finished, interrupted, or being played.
+
+    Args:
+        directory: as `torc run --out` wrote it.
+
+    Raises:
+        InputError: the directory is not a trial, or a file in it is damaged.
+    """
     events = read_events(directory / LOG)
     result = directory / "result.json"
     return RecordedTrial(

@@ -80,17 +80,24 @@ def run_trial(
     vlm_cache: CacheConfig | None = None,
     say: Callable[[str], None] = print,
 ) -> Trial:
-    """Play one trial, and write its directory unless `out` is None.
+    """Play one trial in the simulator, and write its directory unless `out` is None.
 
-    A broken simulation, a VLM's server that gives no reply, or a crash of a part makes the trial "errored", never a
-    failed retrieval; Ctrl-C makes it "interrupted" and leaves `<out>.partial` readable. Raises InputError, before
-    anything is run, if the problem, planner, robot, VLM or output directory cannot be used.
+    A broken simulation, a model's server without a reply, or a crash of a part makes the trial "errored", never a
+    failed retrieval. Ctrl-C makes it "interrupted" and leaves `<out>.partial` readable.
 
     Args:
-        planner: who decides, if it is not to be made from spec.planner: a person at a browser, say. The trial is
-            recorded under its `name` if spec.planner does not name its class.
+        spec: what is played.
+        out: the directory; None keeps the log in memory.
+        planner: who decides, if it is not to be made from spec.planner, e.g. a person at a browser. The trial is
+            recorded under its `name`, unless spec.planner names its class.
         listeners: called with every event, in order.
+        recording: what to write beside events and pictures.
+        overwrite: replace a trial that is in `out`.
+        vlm_cache: where replies of the planner's model are kept.
         say: called with a line of text before something that takes long.
+
+    Raises:
+        InputError: the problem, planner, robot, model or directory cannot be used; nothing was run.
     """
     recording = recording or Recording()
     problem = load_problem(spec.problem)

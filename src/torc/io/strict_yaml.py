@@ -2,14 +2,17 @@
 
 from collections import Counter
 from collections.abc import Mapping
-from typing import Annotated, Any
+from pathlib import Path
+from typing import Annotated, Any, TypeVar
 
 import yaml
-from pydantic import BeforeValidator, ValidationError
+from pydantic import BaseModel, BeforeValidator, ValidationError
 from pydantic_core import PydanticCustomError
 
 from torc.errors import InputError
+from torc.io.reading import read_text
 
+_Model = TypeVar("_Model", bound=BaseModel)
 _REMEDIES = {
     "missing": "is missing; add it",
     "extra_forbidden": "is not a field of this format; remove it or check its spelling",
@@ -79,6 +82,36 @@ def parse_plain_yaml(text: str, source: str, what: str, max_bytes: int, remedy: 
     if not isinstance(data, dict):
         raise InputError(f"{source} holds no {what}: it must start with 'format: torc-{what}/1'.")
     return data
+
+
+def parse_yaml_as(
+    model: type[_Model],
+    text: str,
+    source: str,
+    what: str,
+    max_bytes: int,
+    remedy: str,
+    remedies: Mapping[str, str] | None = None,
+) -> _Model:
+    """Read a YAML text into a model of pydantic; the arguments are those of `parse_plain_yaml` and `explain_faults`.
+
+    Raises InputError naming the field, the fault and the remedy.
+    """
+    content = parse_plain_yaml(text, source, what, max_bytes, remedy)
+    try:
+        return model.model_validate(content)
+    except ValidationError as error:
+        faults = explain_faults(error, remedies)
+        raise InputError(f"{source} is not a valid {what} file:\n{faults}\n{remedy}") from None
+
+
+def read_yaml_as(model: type[_Model], path: Path, what: str, max_bytes: int, remedy: str) -> _Model:
+    """Read a YAML file into a model of pydantic. Raises InputError as `parse_yaml_as`, or if it cannot be read."""
+    try:
+        text = read_text(path)
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"Cannot read the {what} file {path}: {error}. {remedy}") from None
+    return parse_yaml_as(model, text, str(path), what, max_bytes, remedy)
 
 
 def printable(text: str) -> str:

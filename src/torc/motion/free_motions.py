@@ -1,17 +1,18 @@
 """The free motions of a pick: to the pre-grasp, with the object to the bin, and home."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 from jaxtyping import Float
 
 from torc.collision.collision_world import CollisionWorld
-from torc.collision.contacts import carved
+from torc.collision.contacts import attached_contacts, carved
 from torc.collision.placement import RobotArrays
 from torc.geometry.transforms import invert, make_pose
 from torc.motion.config import MotionConfig
-from torc.motion.cut_extents import cut_extents
 from torc.motion.following import follow_lines, waypoints_of
 from torc.motion.geometry import rounded_path
 from torc.motion.line_context import LineContext
@@ -282,3 +283,37 @@ class FreeMotions:
             solutions = solve_ik(self._robot.arm, np.stack(poses))
             out.append(solutions.qpos[np.isfinite(solutions.qpos[:, :, 0])])
         return out
+
+
+_SHARES = (0.75, 0.67, 0.5, 0.0)
+"""A radius is cut to these shares of what it was before, in turn: to 3/4, 1/2, 1/4, nothing."""
+
+
+def cut_extents(context: LineContext, qpos: Float[np.ndarray, "dof"]) -> Iterator[Float[np.ndarray, "a 4"]]:
+    """What is held, as spheres (tool0 frame) that touch nothing fixed at a configuration, the largest first; nothing
+    where it touched none before.
+
+    The object is there, so it does not go on inside a wall or a roof, though rough depth may smear it toward them. What
+    would touch is first made small enough, then left out.
+    """
+    for shares, extent in product((_SHARES, ()), (context.held.possible, context.held.seen)):
+        held = _cut(context, qpos, extent, shares)
+        if held is not extent:
+            yield held
+
+
+def _cut(
+    context: LineContext,
+    qpos: Float[np.ndarray, "dof"],
+    held: Float[np.ndarray, "a 4"],
+    shares: tuple[float, ...],
+) -> Float[np.ndarray, "b 4"]:
+    for share in (*shares, None):
+        touching = attached_contacts(context.world, context.robot, qpos, context.width_m, held)
+        if not touching.any():
+            break
+        if share is None:
+            held = held[~touching]
+        else:
+            held = np.where(touching[:, None], held * (1.0, 1.0, 1.0, share), held)
+    return held

@@ -15,10 +15,14 @@ Picture = UInt8[np.ndarray, "h w c"]
 
 @dataclass(frozen=True)
 class Wanted:
-    """The target as its user describes it: in words, e.g. "the blue tuna can"; by reference pictures, RGB, or RGBA with
-    the target where the fourth channel is not 0; by a mark in the first snapshot: a pixel of it (column, row), or a box
-    around it (left, top, right, bottom). `size_m`: how long it is, corner to corner, and the width of the narrowest
-    tube that it goes through; a ruler is exact enough.
+    """The target as its user describes it.
+
+    Attributes:
+        description: in words, e.g. "the blue tuna can".
+        pictures: reference pictures, RGB, or RGBA with the target where the fourth channel is not 0; uint8.
+        mark: in the first snapshot, a pixel of the target (column, row), or a box around it (left, top, right, bottom).
+        size_m: its length, corner to corner, and the width of the narrowest tube it passes through, metres; a ruler is
+            accurate enough. None if unknown.
     """
 
     description: str

@@ -17,7 +17,7 @@ from torc.pipeline.look import Pipeline
 from torc.registry.context import BuildContext
 from torc.registry.kinds import CONFIGURED, DEPTHS, MOTION_PLANNERS, STAGES
 from torc.registry.loading import is_shipped, load_part, make_part
-from torc.registry.settings import changed, check_names, config_class, under
+from torc.registry.settings import arguments, changed, config_class, under
 from torc.robots.description import RobotDescription
 from torc.robots.gripper import GripperDescription
 from torc.robots.loading import load_robot, own_source
@@ -141,7 +141,7 @@ def check_settings(stages: PipelineSpec, noisy: bool) -> None:
     for stage in dict.fromkeys(path.partition(".")[0] for path in stages.settings):
         settings = under(stages.settings, stage)
         if stage in STAGES:
-            check_names(load_part(STAGES[stage], getattr(stages, stage)), settings, stage)
+            arguments(load_part(STAGES[stage], getattr(stages, stage)), settings, stage)
         else:
             changed(default_config(stage), settings, stage)
 

@@ -21,10 +21,15 @@ Truth = Callable[[], Situation]
 
 
 def make_planner(name: str, **options: Any) -> TaskPlanner:
-    """Make the task planner of that name, or the class at "module:Class", with these arguments.
+    """Make a task planner.
 
-    Raises UnknownNameError for a name nobody registered, and InputError if the class cannot be imported, does not take
-    the arguments, or is not a planner; the cause is in the text.
+    Args:
+        name: a registered name, "module:Class" or "path/to/file.py:Class".
+        options: arguments of its class.
+
+    Raises:
+        UnknownNameError: no planner is registered under that name.
+        InputError: the class cannot be imported, does not take the arguments, or is not a planner.
     """
     planner: TaskPlanner = make_with(TASK_PLANNERS, name, options)
     return planner

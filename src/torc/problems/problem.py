@@ -53,9 +53,19 @@ class ObjectPlacement:
 
 @dataclass(frozen=True)
 class Problem:
-    """A retrieval problem: structured (most objects in a natural pose) or unstructured (a pile). It names the wanted
-    placement (target), describes it in words, and says where it comes from (origin: generator, seed, source ...). With
-    a `target_model` the target is of that model, and none of the objects: whoever looks for it should give up."""
+    """A retrieval problem: which objects lie where, and which one is the target.
+
+    Attributes:
+        name: name of the problem.
+        category: "structured" (most objects in a natural pose) or "unstructured" (a pile).
+        description: the target in words.
+        target: name of the target among `objects`.
+        objects: the placements: name, model, position in metres, orientation as wxyz.
+        notes: for people.
+        origin: where the problem comes from: generator, seed, source.
+        target_model: the target's model, if it is not among `objects`: then planners should give up.
+        workspace: the workspace that it needs; "" for any.
+    """
 
     name: str
     category: Category
@@ -81,7 +91,14 @@ class Problem:
 
 
 def load_problem(name_or_path: str | os.PathLike[str]) -> Problem:
-    """A shipped problem by its name, or one from a YAML file. Raises InputError naming file, field and remedy."""
+    """Load a retrieval problem.
+
+    Args:
+        name_or_path: name of a shipped problem (`problem_names`), or path of a YAML file.
+
+    Raises:
+        InputError: there is no such problem, or the file is wrong; the message names file, field and remedy.
+    """
     path = _find(name_or_path)
     return parse_problem(_read(path), str(path))
 

@@ -6,10 +6,9 @@ from collections import Counter
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, field_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, field_validator
 
-from torc.errors import InputError
-from torc.io.strict_yaml import Number, explain_faults, parse_plain_yaml, printable
+from torc.io.strict_yaml import Number, parse_yaml_as, printable
 from torc.objects.library import has_object, object_names
 from torc.objects.models import Quat, Vec3
 from torc.records.camera import MAX_OBJECTS
@@ -113,13 +112,9 @@ class ProblemFile(BaseModel):
 
 def read_problem_file(text: str, source: str) -> ProblemFile:
     """The validated content of a problem file; `source` names it in errors. Raises InputError."""
-    data = parse_plain_yaml(text, source, "problem", MAX_BYTES, "Compare with a shipped problem.")
-    try:
-        return ProblemFile.model_validate(data)
-    except ValidationError as error:
-        raise InputError(
-            f"{source} is not a valid problem ({FORMAT}):\n{explain_faults(error, _REMEDIES)}"
-        ) from None
+    return parse_yaml_as(
+        ProblemFile, text, source, "problem", MAX_BYTES, "Compare with a shipped problem.", _REMEDIES
+    )
 
 
 def _unknown_model(model: str, valid: tuple[str, ...]) -> str:

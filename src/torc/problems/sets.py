@@ -23,8 +23,13 @@ def is_problem_set(name: str) -> bool:
 
 
 def problem_names(problem_set: str | None = None) -> tuple[str, ...]:
-    """Names of the problems of a shipped set, of a group of sets, or of all; no two are the same. Raises
-    UnknownNameError.
+    """Return the names of shipped problems.
+
+    Args:
+        problem_set: a set ("torc40"), a group of sets ("torc-hard"), or None for all problems.
+
+    Raises:
+        UnknownNameError: there is no such set.
     """
     if problem_set is not None and not is_problem_set(problem_set):
         raise UnknownNameError("problem set", problem_set, list(problem_sets()))

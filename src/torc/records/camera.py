@@ -34,15 +34,17 @@ class Observation:
     """One RGB-D snapshot. Camera frame: OpenCV (x right, y down, z forward).
 
     Attributes:
-        depth_m: distance along the optical axis, metres; 0 where there is no reading.
-        K: intrinsics, pixels; pixel centres at integer coordinates.
-        T_world_camera: camera pose, p_world = T_world_camera @ p_camera.
-        qpos: joint positions of the arm at that moment, radians; empty if there is no robot.
-        label_image: object id per pixel where the source knows it (a simulator, an annotated data set), else
-            None: BACKGROUND, ROBOT, or 0..63 with 0 the target.
-        pair: what a stereo camera saw, for a depth that is made from it; None where there is none.
-        pose_estimated: T_world_camera was made up from the picture, with the world's origin on the support below the
-            camera: no robot knows that world.
+        rgb: the picture, (h, w, 3) uint8.
+        depth_m: distance along the optical axis, (h, w) float32, metres; 0 where there is no reading.
+        K: intrinsics, (3, 3), pixels; pixel centres at integer coordinates.
+        T_world_camera: camera pose, (4, 4), metres: p_world = T_world_camera @ p_camera.
+        qpos: joint positions of the arm at that moment, radians; empty without a robot.
+        stamp_s: time of the snapshot, seconds.
+        label_image: object id per pixel if the source knows it (a simulator, an annotated data set): BACKGROUND (-1),
+            ROBOT (-2), or 0 to 63, where 0 is the target. None otherwise.
+        pair: the two pictures of a stereo camera, to compute depth from; None if there are none.
+        pose_estimated: True if T_world_camera was estimated from the picture, with the world's origin on the support
+            below the camera; it is then not a robot's base frame.
     """
 
     rgb: UInt8[np.ndarray, "h w 3"]

@@ -21,19 +21,21 @@ class Hand:
 
 @dataclass(frozen=True)
 class PlanningContext:
-    """All that any task planner may see before a pick; nothing privileged: the same for every planner.
+    """Everything that a task planner may see before a pick: nothing privileged, and equal for every planner.
 
     Attributes:
-        volume: the occlusion volume after this snapshot.
-        report: which are valid, and who blocks whom; `report.graspable_ids` is what a planner may name.
+        scene: the objects in sight, their points in the world (metres), the picture and the camera.
+        volume: the occlusion volume after this snapshot: which space was never seen, and what hides it.
+        grasps: the grasp candidates of all objects.
+        report: which candidates are valid, and which objects block the others.
         target_description: the target in words, e.g. "the blue tuna can".
         history: outcomes of the picks so far, as the robot felt them.
         picks_left: attempts left, this one included.
-        labels: (object id, the user's own label of it), for a frame from outside; empty where ids are all there is.
-            An unseen target has none.
-        target_size_m: the target's length, corner to corner, and the width of the narrowest tube that it goes through,
-            as its user measured them; None where nobody did.
-        hand: the gripper; None where nobody said which.
+        labels: (object id, the user's label) pairs for a frame from outside; empty if there are only ids. A target that
+            is out of sight has none.
+        target_size_m: the target's length, corner to corner, and the width of the narrowest tube it passes through, as
+            the user measured them, in metres; None if unknown.
+        hand: the gripper; None if unknown.
     """
 
     scene: SegmentedScene
@@ -62,9 +64,9 @@ class PlanningContext:
         return self.volume.hidden_volume_m3(object_id)
 
     def called(self, object_id: int) -> str:
-        """What a reason calls an object: the user's label of it, or its id where there are no labels.
+        """Return how a reason names an object: the user's label, or the id where there are no labels.
 
-        An id without a label, which only a model makes up, is called a number: it must not pass for somebody's label.
+        An id without a label, which only a model makes up, becomes "number 7": it must not pass for somebody's label.
         """
         if not self.labels:
             return str(object_id)
@@ -85,15 +87,15 @@ class Decision:
     """The answer of a task planner.
 
     Attributes:
-        object_id: the object to pick next, or None: the planner found no valid choice.
+        object_id: the object to pick next; None if the planner found no valid choice, which is a lost pick.
         reason: one or two sentences for people.
-        attempts: how many times the chooser was asked (at most 3 per pick).
+        attempts: how often a model or person was asked, 1 to 3.
         give_up: True ends the episode.
-        is_target: the chooser takes the object for the target, which perception did not recognise: bringing it ends
-            the episode. Where perception is given the objects' true ids, this says nothing.
+        is_target: True if the planner takes the object for the target although perception did not recognise it.
+            Delivering it then ends the episode. Ignored where perception is given the true ids.
         exchanges: every prompt and reply.
         evidence: what the choice rests on, e.g. the dependency graph.
-        pictures: PNG files that the chooser was sent, the same in every exchange; kept beside the log, not in it.
+        pictures: PNG files that a model was sent, the same in every exchange; kept beside the log.
     """
 
     object_id: int | None
@@ -106,6 +108,6 @@ class Decision:
     pictures: tuple[bytes, ...] = field(default=(), repr=False, metadata=ASIDE)
 
     def to_plain(self) -> dict[str, Any]:
-        """JSON-compatible data, without the pictures; `is_target` only if it is set."""
+        """Return JSON-compatible data without the pictures; `is_target` only if it is set."""
         plain = to_plain(self) | {"evidence": self.evidence.to_plain()}
         return plain if self.is_target else {k: v for k, v in plain.items() if k != "is_target"}

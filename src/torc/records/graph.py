@@ -80,14 +80,16 @@ _NODES, _EDGES = TypeAdapter(tuple[DependencyNode, ...]), TypeAdapter(tuple[Depe
 
 @dataclass(frozen=True)
 class DependencyGraph:
-    """Nodes by rising id, edges by rising source and target id.
+    """What has to be removed before what (paper: Approach 2). An edge a -> b means that b goes first.
 
     Attributes:
-        nodes: all visible objects, and the target.
-        edges: at most one from one node to another.
+        nodes: all visible objects and the target, by rising id.
+        edges: at most one from one node to another, by rising source and target id. The weights of a node's edges sum
+            to 1.
         target: id of the target's node.
 
-    Raises InputError for edges between unknown nodes, doubled edges, and weights that do not sum to 1.
+    Raises:
+        InputError: an edge joins unknown nodes, edges are doubled, or weights do not sum to 1.
     """
 
     nodes: tuple[DependencyNode, ...]
@@ -125,18 +127,18 @@ class DependencyGraph:
         return tuple(i for i in self.ids if i not in sources)
 
     def node(self, node_id: int) -> DependencyNode:
-        """The node with that id. Raises KeyError if there is none."""
+        """Return the node with that id. Raises KeyError if there is none."""
         for n in self.nodes:
             if n.id == node_id:
                 return n
         raise KeyError(f"No node {node_id} in the dependency graph; nodes: {self.ids}.")
 
     def out_edges(self, node_id: int) -> tuple[DependencyEdge, ...]:
-        """What the node waits for."""
+        """Return the edges to what the node waits for."""
         return tuple(e for e in self.edges if e.source == node_id)
 
     def weight_matrix(self) -> Float[np.ndarray, "n n"]:
-        """[i, j]: weight of the edge from nodes[i] to nodes[j], 0 where there is none."""
+        """Return the weights: [i, j] is that of the edge from nodes[i] to nodes[j], 0 if there is none."""
         index = {k: i for i, k in enumerate(self.ids)}
         weights = np.zeros((len(self.nodes), len(self.nodes)))
         for e in self.edges:
@@ -144,13 +146,13 @@ class DependencyGraph:
         return weights
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain data that `from_dict` takes back, JSON-compatible."""
+        """Return JSON-compatible data for `from_dict`."""
         facts = {"target": self.target, "nodes": self.nodes, "edges": self.edges}
         return {"version": _VERSION, **to_plain(facts)}
 
     @staticmethod
     def from_dict(data: Mapping[str, Any]) -> "DependencyGraph":
-        """The graph that `to_dict` wrote. Raises InputError for anything else."""
+        """Read what `to_dict` returned. Raises InputError for anything else."""
         try:
             if data["version"] != _VERSION:
                 raise InputError(

@@ -30,7 +30,7 @@ class PickResult(StrEnum):
 
     @property
     def grasp_tried(self) -> bool:
-        """Whether the robot went for the grasp; else the attempt says nothing about it."""
+        """True if the robot went for the grasp; otherwise the attempt says nothing about it."""
         return self.value in ("retrieved", "removed", "missed", "slipped", "stopped")
 
 
@@ -60,24 +60,24 @@ class FeltOutcome:
 class PickOutcome:
     """What the robot did and what happened.
 
-    Scores go by this record, planners by `as_felt`: on a real robot nobody tells which object came up.
+    Scores use this record. Planners are given `as_felt`: a real robot does not know which object came up.
 
     Attributes:
-        object_id: the object that was to be picked.
-        held_id: the object that was held after the lift, if any (simulator's truth, or the plan's on real robots).
-        held_after_lift: the paper's own measure of success.
-        delivered: the held object was let go over the bin.
-        dropped: ids of the objects other than the target that left the table otherwise than in the gripper.
-        target_lost: the target left the table otherwise than in the gripper.
+        result: how the attempt ended.
+        object_id: the object that was to be picked; -1 if there was none.
+        held_id: the object that was held after the lift: the simulator's truth, or the plan's object on a real robot.
+        held_after_lift: something was held after the lift, which is the paper's measure of success.
+        delivered: the held object was released over the bin.
+        dropped: ids of other objects than the target that fell off the table.
+        target_lost: the target fell off the table.
         detail: one sentence for people, e.g. which contact stopped the arm.
-        duration_s: time on the robot's clock.
-        at_home: the arm ended where it waits for the next pick; if not, that one starts from where it is.
-        touch: where an unexpected contact ended the approach, if one did.
-        true_id: what the object that was to be picked really is, by a simulator's ids, where perception has ids of its
-            own; None where the two are one, or nobody knows.
-        target_p: how surely what was lifted looked like the target; None if nobody looked.
-        felt: what the gripper told, where that is known apart from what happened; None where the two are one: the robot
-            did not move, or is a real one.
+        duration_s: time on the robot's clock, seconds.
+        at_home: the arm ended where it waits for the next pick; otherwise the next pick starts from where it is.
+        touch: where unexpected contact ended the approach; None if it did not.
+        true_id: the simulator's id of the object that was to be picked, if perception numbers objects by itself; None
+            if the ids agree or the truth is unknown.
+        target_p: probability, by its look in the hand, that the lifted object was the target; None if nobody looked.
+        felt: what the gripper reported, if that is known apart from what happened.
     """
 
     result: PickResult
@@ -97,12 +97,12 @@ class PickOutcome:
 
     @property
     def meant_id(self) -> int:
-        """The object that was to be picked, by the ids of `held_id` and `dropped`."""
+        """The object that was to be picked, in the ids of `held_id` and `dropped`."""
         return self.object_id if self.true_id is None else self.true_id
 
     @property
     def wrong_object(self) -> bool:
-        """The robot took another object for the target, and brought it to the bin."""
+        """True if the robot took another object for the target and delivered it."""
         mistaken = (
             self.true_id is not None and self.true_id != TARGET_ID and self.result is not PickResult.RETRIEVED
         )
@@ -110,7 +110,7 @@ class PickOutcome:
 
     @property
     def as_felt(self) -> "PickOutcome":
-        """What the robot itself knows: what it felt, and nothing of what it carried by mistake, dropped or touched."""
+        """The outcome as the robot knows it: nothing about what it dropped, touched or carried by mistake."""
         felt = self.felt or FeltOutcome(self.result, self.held_after_lift, self.delivered)
         return PickOutcome(
             felt.result,

@@ -74,11 +74,3 @@ def parameters(factory: Any) -> frozenset[str]:
     """Return the names of the arguments that something takes, as far as it can say."""
     signature = signature_of(factory)
     return frozenset() if signature is None else frozenset(signature.parameters)
-
-
-def refuses(factory: Any, argument: str) -> bool:
-    """Return whether something certainly takes no argument of that name."""
-    signature = signature_of(factory)
-    return signature is not None and not any(
-        p.name == argument or p.kind is p.VAR_KEYWORD for p in signature.parameters.values()
-    )

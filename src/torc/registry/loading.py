@@ -20,7 +20,7 @@ from torc.errors import InputError, TorcError, UnknownNameError
 from torc.io.digests import fingerprint
 from torc.registry.context import BuildContext, signature_of
 from torc.registry.kinds import FOLDERS, KINDS, Kind, declarable
-from torc.registry.settings import arguments, check_names
+from torc.registry.settings import arguments
 from torc.satellites import not_installed, satellite_of_part
 
 PART = "PART"
@@ -47,7 +47,6 @@ def make_part(
         InputError: the class cannot be imported or made, or is no such part; the cause is in the text.
     """
     factory = load_part(kind, name)
-    check_names(factory, settings or {}, kind.option)
     return make_with(kind, name, arguments(factory, settings or {}, kind.option, rough), context)
 
 

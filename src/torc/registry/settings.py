@@ -6,7 +6,7 @@ from dataclasses import MISSING, fields, is_dataclass, replace
 from typing import Any, Self, get_type_hints
 
 from torc.errors import InputError, UnknownNameError
-from torc.registry.context import GIVEN, parameters, signature_of
+from torc.registry.context import GIVEN, signature_of
 from torc.registry.kinds import Traits, traits_of
 
 Settings = Mapping[str, Any]
@@ -45,28 +45,23 @@ def arguments(factory: Any, settings: Settings, stage: str, rough: bool = False)
     """Return the arguments by which a part gets its settings.
 
     A part whose parameter `config` is annotated with a dataclass gets one with the settings; any other gets each
-    setting as an argument. With `rough` the configuration for a sensor's depth is the default, if there is one.
+    setting as an argument. With `rough` the configuration for a sensor's depth is the default, if there is one. Raises
+    as `changed`.
     """
     made_with = config_class(factory)
     if made_with is None:
+        signature = signature_of(factory)
+        taken = {} if signature is None else signature.parameters
+        known = [f"{stage}.{name}" for name in sorted({*taken} - GIVEN)]
+        anything = signature is None or any(p.kind is p.VAR_KEYWORD for p in taken.values())
+        for name in () if anything else settings:
+            if f"{stage}.{name}" not in known:
+                raise UnknownNameError("setting", f"{stage}.{name}", known)
         return dict(settings)
     own = traits_of(made_with, ConfigTraits).rough() if rough else None
     if not settings:
         return {} if own is None else {"config": own}
     return {"config": changed(made_with() if own is None else own, settings, stage)}
-
-
-def check_names(factory: Any, settings: Settings, stage: str) -> None:
-    """Raise UnknownNameError for a setting that a part does not have, InputError for a value that it refuses."""
-    arguments(factory, settings, stage)
-    signature = signature_of(factory)
-    own = config_class(factory) is None
-    if not own or signature is None or any(p.kind is p.VAR_KEYWORD for p in signature.parameters.values()):
-        return
-    known = [f"{stage}.{name}" for name in sorted(parameters(factory) - GIVEN)]
-    for name in settings:
-        if f"{stage}.{name}" not in known:
-            raise UnknownNameError("setting", f"{stage}.{name}", known)
 
 
 def settings_of(factory: Any) -> list[tuple[str, Any]]:

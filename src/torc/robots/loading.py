@@ -12,8 +12,14 @@ from torc.robots.schema import EXAMPLE
 
 
 def load_robot(name_or_path: str | Path = DEFAULT_ROBOT) -> RobotDescription:
-    """A shipped robot by name, or any robot by the path of its YAML (which names its MJCF). Raises UnknownNameError for
-    neither, and InputError where the files contradict the format, or each other.
+    """Load a robot description.
+
+    Args:
+        name_or_path: name of a shipped robot ("sda10f_2f85"), or path of a YAML file, which names its MJCF.
+
+    Raises:
+        UnknownNameError: it is neither.
+        InputError: the files violate the format or contradict each other.
     """
     if (path := robot_file(name_or_path)) == Path(name_or_path):
         return parse_robot(path)

@@ -3,11 +3,9 @@
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from torc.errors import InputError
-from torc.io.reading import read_text
-from torc.io.strict_yaml import Number, explain_faults, parse_plain_yaml
+from torc.io.strict_yaml import Number, read_yaml_as
 from torc.robots.names import DATA
 
 EXAMPLE = DATA / "sda10f_2f85" / "sda10f_2f85.yaml"
@@ -88,14 +86,5 @@ class RobotFile(_Strict):
 
 
 def read_robot_file(path: Path) -> RobotFile:
-    """The parsed file. Raises InputError naming file and field."""
-    remedy = f"Compare it with a shipped one: {EXAMPLE}."
-    try:
-        text = read_text(path)
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"Cannot read the robot file {path}: {error}") from error
-    content = parse_plain_yaml(text, str(path), "robot", MAX_BYTES, remedy)
-    try:
-        return RobotFile.model_validate(content)
-    except ValidationError as error:
-        raise InputError(f"{path} is not a valid robot file:\n{explain_faults(error)}\n{remedy}") from error
+    """Read a robot file. Raises InputError naming file and field."""
+    return read_yaml_as(RobotFile, path, "robot", MAX_BYTES, f"Compare it with a shipped one: {EXAMPLE}.")

@@ -1,19 +1,22 @@
 """Single objects, each alone on the table: a portrait that fills the picture; whether it stands where it is put."""
 
+import mujoco
 import numpy as np
 from jaxtyping import Float, UInt8
 from PIL import Image
 
 from torc.geometry.extent import Extent, extent
 from torc.geometry.transforms import Pose, look_at, make_pose, rotation_about, rotation_from_wxyz
+from torc.objects.library import load_object
 from torc.objects.models import ObjectModel
 from torc.problems.problem import ObjectPlacement, Problem
 from torc.records import TARGET_ID
+from torc.robots.description import RobotDescription
 from torc.sim.rendering import CameraRenderer
 from torc.sim.settling import run
 from torc.sim.simulated_world import World, build_world
-from torc.sim.spec import WorldConfig
-from torc.workspace.description import CameraMount
+from torc.sim.spec import COLLISION_GROUP, VISUAL_GROUP, WorldConfig
+from torc.workspace.description import CameraMount, Workspace
 from torc.workspace.workspace_files import load_workspace
 
 _FOV_RAD = 0.5
@@ -120,3 +123,33 @@ def _focus_shadow(world: World, center: Float[np.ndarray, "3"]) -> None:
     light = world.model.light("key_light")
     light.pos[:] = center - 2.0 * light.dir
     world.model.vis.map.shadowclip = _SHADOW_REACH_M / world.model.stat.extent
+
+
+_ROBOT_EYE_M, _ROBOT_FOV_RAD = (1.6, -2.0, 1.3), 0.85
+"""Where the camera stands, from the middle between the table and the robot's base."""
+_ROBOT_WIDTH_PX, _ROBOT_HEIGHT_PX = 960, 720
+_ON_THE_TABLE = "mug_red"
+
+
+def robot_portrait(robot: RobotDescription, workspace: Workspace) -> UInt8[np.ndarray, "h w 3"]:
+    """The robot as the simulator has it, and a mug on the table for its size. A robot without anything visible shows
+    what collides. Raises InputError if the simulator does not accept the two together.
+    """
+    x, y, _ = workspace.table.center
+    model = load_object(_ON_THE_TABLE)
+    center = (x, y, workspace.support_z_m + model.size_m[2] / 2)
+    mug = ObjectPlacement("thing", model.name, center, (1.0, 0.0, 0.0, 0.0))
+    world = build_world(Problem(robot.name, "structured", "", "thing", (mug,)), robot, workspace)
+    _show_what_collides(world.model, robot)
+    middle = (np.array(center) + robot.arm.T_world_base[:3, 3]) / 2
+    T_world_camera = look_at(middle + np.array(_ROBOT_EYE_M), middle)
+    mount = CameraMount(T_world_camera, _ROBOT_WIDTH_PX, _ROBOT_HEIGHT_PX, _ROBOT_FOV_RAD)
+    with CameraRenderer(world, mount) as renderer:
+        return renderer.render_color()
+
+
+def _show_what_collides(model: mujoco.MjModel, robot: RobotDescription) -> None:
+    roots = {model.body(name).id for name in robot.root_body_names}
+    own = np.isin(model.body_rootid[model.geom_bodyid], list(roots))
+    if not (own & (model.geom_group < COLLISION_GROUP)).any():
+        model.geom_group[own & (model.geom_group == COLLISION_GROUP)] = VISUAL_GROUP

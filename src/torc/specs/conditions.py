@@ -51,8 +51,10 @@ class PipelineSpec:
 
 @dataclass(frozen=True)
 class Conditions(PipelineSpec):
-    """The stages around the task planner, and the budget. Stages have settings: --STAGE.SETTING VALUE, e.g.
-    --occlusion.smooth-px 3; `torc settings` lists them.
+    """The stages around the task planner, and the budget.
+
+    Stages have settings: --occlusion.smooth-px 3, or settings={"occlusion.smooth_px": 3} in Python. `torc settings`
+    lists them.
     """
 
     camera: str = "simulated"
@@ -78,15 +80,18 @@ class Conditions(PipelineSpec):
             raise InputError("--max-picks must be at least 1.")
 
     def at(self, workspace: str) -> "Conditions":
-        """These conditions for a problem that names its workspace ("" for one that does not). Another one than the
-        default was asked for, and stays: `build_world` says if it is the wrong one.
+        """Return these conditions for a problem that names its workspace ("" if it names none).
+
+        An explicitly chosen workspace is kept; `build_world` says if it is the wrong one.
         """
         wanted = workspace and self.workspace == DEFAULT_WORKSPACE
         return replace(self, workspace=workspace) if wanted else self
 
     def facts(self, sources: Mapping[str, str]) -> dict[str, Any]:
-        """What differs from the defaults: plain data, in which parts of a user's own count by what is in their files:
-        `sources` are the fingerprints of those by field, see `torc.pipeline.building.sources`.
+        """Return what differs from the defaults, as plain data.
+
+        `sources` are the fingerprints of user-defined parts by field (`torc.pipeline.building.sources`): such a part
+        counts by the content of its files.
         """
         changed = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "settings"}
         default = Conditions()
@@ -94,7 +99,7 @@ class Conditions(PipelineSpec):
         return facts | dict(self.settings)
 
     def text(self, sources: Mapping[str, str]) -> str:
-        """What differs from the defaults, as text; the budget aside. Trials with the same text can be compared."""
+        """Return what differs from the defaults as text, without the budget. Trials with equal text can be compared."""
         told = {k: v for k, v in self.facts({}).items() if k != "max_picks"}
         return ", ".join(_told(name, value, sources.get(name, "")) for name, value in told.items())
 

@@ -18,8 +18,14 @@ SIMULATED = "simulated "
 
 @dataclass(frozen=True)
 class PlannerSpec:
-    """Who chooses: a name of the registry, module:Class or path/to/file.py:Class; the VLM that it asks. Where that is a
-    person: `expert` is the name, who may see the scene from outside while playing.
+    """A task planner by name, and what it is made with.
+
+    Attributes:
+        name: a registered name, "module:Class" or "path/to/file.py:Class".
+        vlm: the model that it asks.
+        settings: its settings by path, e.g. {"power": 2}.
+        expert: the person's name, if a person decides.
+        outside_view: the person may see the scene from outside while playing, and is therefore not ranked.
     """
 
     name: str
@@ -52,9 +58,13 @@ class PlannerSpec:
 
 @dataclass(frozen=True)
 class TrialSpec:
-    """All that decides a trial's result.
+    """Everything that decides a trial's result.
 
-    `problem` is the name of a shipped problem or the path of a problem file; the seed decides all random draws.
+    Attributes:
+        problem: name of a shipped problem, or path of a problem file.
+        planner: who decides.
+        seed: decides all random draws.
+        conditions: the stages around the planner, and the budget.
     """
 
     problem: str
@@ -77,8 +87,9 @@ class TrialSpec:
         vlm: VlmConfig | None = None,
         **conditions: Any,
     ) -> "TrialSpec":
-        """A spec from its most used parts: TrialSpec.of("structured-04", "random", noise=True); `conditions` are fields
-        of `Conditions`.
+        """Return a spec from its most used parts: TrialSpec.of("structured-04", "random", noise=True).
+
+        `conditions` are fields of `Conditions`.
         """
         return cls(problem, PlannerSpec(planner, vlm), seed, Conditions(**conditions))
 

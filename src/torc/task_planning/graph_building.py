@@ -23,27 +23,27 @@ def build_dependency_graph(
     config: RelationConfig | None = None,
     relations: Sequence[DependencyEdge] | None = None,
 ) -> DependencyGraph:
-    """Build the dependency graph of a scene, with the authors' precedence of edges; once for each context and config.
+    """Build the dependency graph of a scene with the authors' precedence of edges (paper: Approach 2).
 
-    A node keeps its 'below' edges only, if it has any; else none if it has a valid grasp; else those of the objects
-    that block its grasps, if any are blocked; else its 'behind' edges. An object whose grasps fail only for other
-    reasons (out of reach, into the table) has no blocking edges: no removal would help them. Grasps that are held
-    back as unlikely (`Pipeline.min_score`) are no valid ones here either.
+    A node keeps only its 'below' edges if it has any. Otherwise it keeps none if it has a valid grasp; else edges to
+    the objects that block its grasps, if any grasp is blocked; else its 'behind' edges. An object whose grasps fail for
+    other reasons (out of reach, into the table) gets no blocking edges, since no removal would help them. Grasps held
+    back as
+    unlikely (`Pipeline.min_score`) do not count as valid.
 
-    A target in sight that has no valid grasp and would get no edge would wait for nothing and still not come. It gets
-    'hidden by' edges instead, by the space around it that others hide: too little of it is in sight. (The paper's graph
-    gives no direction there.)
-
-    A target that is not recognised may be in sight all the same, where perception does not go by given labels. It
-    `may be` each visible object with the probability that perception tells (`KnownObject.target_p`), and is hidden with
-    what is left. (The paper's perception recognises whatever is in sight.)
+    Two rules go beyond the paper. A target in sight without a valid grasp and without edges gets 'hidden by' edges to
+    whatever hides the space around it, since too little of it is in sight. A target that perception has not
+    recognised may be in sight: it 'may be' each visible object with the probability that perception gives
+    (`KnownObject.target_p`),
+    and is hidden with the remaining probability.
 
     Args:
-        context: scene, occlusion volume and grasp report.
-        config: of the relation test; not used with `relations`.
-        relations: 'behind' and 'below' pairs from elsewhere (a model that corrected them); found here if None.
+        context: what a planner sees. The graph is built once per context and config.
+        config: of the relation test; ignored if `relations` are given.
+        relations: 'behind' and 'below' pairs, e.g. corrected by a model; found here if None.
 
-    Raises InputError for relations between objects that are not visible.
+    Raises:
+        InputError: a relation names an object that is not visible.
     """
     if relations is not None:
         return _built(context, relations)

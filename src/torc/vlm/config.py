@@ -48,24 +48,29 @@ class Asking:
 
 @dataclass(frozen=True)
 class VlmConfig:
-    """A model and how it is asked. Holds no key: keys come from the environment alone (`torc.vlm.keys`). None leaves a
-    choice to the model.
+    """A model and how it is asked. It holds no key: keys come from the environment alone (`torc.vlm.keys`).
+
+    None leaves a choice to the model.
 
     Attributes:
-        provider: "gemini", "openai" (OpenAI and every server that speaks its protocol) or "anthropic"; "simulated";
-            or a third party's client: a name that its package registered, or "module:Class".
-        model: the model's name there; the profile of the simulated VLM; empty where a third party's client needs none.
-        base_url: address of the server; None for the provider's own.
-        thinking: one of LEVELS or a whole number of tokens. Not every model knows every value; its server says so.
-        max_output_tokens: bound on a reply, thinking included (Anthropic's own default here: 16384).
+        provider: "gemini", "openai" (OpenAI and every server that speaks its protocol), "anthropic", "simulated", or a
+            registered or "module:Class" client.
+        model: the model's name there; the profile of the simulated VLM; empty if a user-defined client needs none.
+        base_url: address of the server; None for the provider's.
+        temperature: sampling temperature.
+        thinking: "off", "minimal", "low", "medium", "high", or a number of tokens. Not every model knows every value;
+            its server says so.
+        max_output_tokens: bound on a reply, thinking included (Anthropic's default here: 16384).
         seeded: send the number of the repetition as the sampling seed (not to Anthropic, which has none).
-        structured: have the server hold the model to the answer's JSON schema; else the prompt alone asks for JSON.
-        retries: further requests after one that brought no reply.
-        retry_wait_s: wait before the first retry, doubled for each further one; what the server asks for comes first.
-        picture: how scenes are shown.
-        prompt: in place of the planner's own.
-        prices: of the model's tokens; None where nobody told them.
-        questions: version of prompts and pictures, one of QUESTIONS; docs/vlm.md says what differs.
+        structured: have the server hold the reply to the answer's JSON schema; otherwise the prompt asks for JSON.
+        timeout_s: for one reply, seconds.
+        retries: further requests after one without a reply.
+        retry_wait_s: wait before the first retry, seconds, doubled for each further one; a server's own request for a
+            wait takes precedence.
+        picture: how scenes are drawn.
+        prompt: a prompt in place of the planner's.
+        prices: prices of the model's tokens; None if unknown.
+        questions: version of prompts and pictures (docs/vlm.md).
     """
 
     provider: str

@@ -1,18 +1,20 @@
 """Trials and picks as the plain data that the page shows. The same for a trial being played and for a recorded one."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
+import numpy as np
+from jaxtyping import Int8
 from scipy.ndimage import find_objects
 
 from torc.drawing.graph_layout import lay_out
+from torc.drawing.marking import number_places
 from torc.drawing.palette import object_color
 from torc.episode.log import LookedLine
 from torc.episode.pick_view import LIKELY, ObjectView, PickView
 from torc.episode.recorded import RecordedPick, RecordedTrial
 from torc.errors import InputError
 from torc.records import MAX_OBJECTS, DependencyGraph, Evidence, GraspStatus
-from torc.web.tags import find_tags
 
 MAX_EDGES = 1500
 WHY_NOT = {
@@ -179,3 +181,21 @@ def _drawn_graph(graph: DependencyGraph, probabilities: Mapping[int, float]) -> 
 def _hex_color(object_id: int) -> str:
     """The color of an object in the marked image."""
     return "#{:02x}{:02x}{:02x}".format(*object_color(object_id))
+
+
+def find_tags(
+    label_image: Int8[np.ndarray, "h w"], ids: Collection[int], *, outlines: bool
+) -> dict[int, dict[str, Any]]:
+    """By id: `box` (left, top, width, height), the pixel of the object where it belongs (`anchor`: column, row), and
+    whether a `leader` line ties the two. As `mark_image` writes them, or, with `outlines`, as `mark_pixels` does.
+    """
+    label = np.where(np.isin(label_image, list(ids)), label_image, -1).astype(np.int16)
+    places = number_places(label, {i: i for i in ids}, small=outlines)
+    return {
+        i: {
+            "box": [p.col, p.row, p.size[1], p.size[0]],
+            "anchor": [p.anchor[1], p.anchor[0]],
+            "leader": p.leader,
+        }
+        for i, p in places.items()
+    }

@@ -5,13 +5,12 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
 from torc.errors import InputError, UnknownNameError
 from torc.geometry.transforms import look_at
 from torc.io.digests import fingerprint
-from torc.io.reading import read_text
-from torc.io.strict_yaml import Number, explain_faults, parse_plain_yaml
+from torc.io.strict_yaml import Number, read_yaml_as
 from torc.records import VoxelGrid
 from torc.workspace.description import Bin, Box, CameraMount, Room, Workspace
 from torc.workspace.faults import faults
@@ -37,7 +36,15 @@ def workspace_names() -> tuple[str, ...]:
 
 
 def load_workspace(name_or_path: str | Path = "paper") -> Workspace:
-    """A shipped workspace by name, or any by the path of its YAML. Raises InputError."""
+    """Load a workspace: table, bin, camera and watched region.
+
+    Args:
+        name_or_path: name of a shipped workspace ("paper"), or path of a YAML file.
+
+    Raises:
+        UnknownNameError: it is neither.
+        InputError: the file is wrong; the message names file, field and remedy.
+    """
     path = Path(name_or_path)
     if path.suffix in {".yaml", ".yml"} and path.is_file():
         return _read(path)
@@ -167,19 +174,8 @@ def _shipped(name: str) -> Workspace:
 
 
 def _read(path: Path) -> Workspace:
-    try:
-        text = read_text(path)
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"Cannot read the workspace file {path}: {error}.") from None
-    content = parse_plain_yaml(
-        text, str(path), "workspace", _MAX_BYTES, f"Compare it with a shipped one: {EXAMPLE}"
-    )
-    try:
-        entry = _WorkspaceFile.model_validate(content)
-    except ValidationError as error:
-        raise InputError(
-            f"{path} is not a valid workspace file:\n{explain_faults(error)}\nCompare it with a shipped one: {EXAMPLE}."
-        ) from None
+    remedy = f"Compare it with a shipped one: {EXAMPLE}."
+    entry = read_yaml_as(_WorkspaceFile, path, "workspace", _MAX_BYTES, remedy)
     bin_, region = entry.bin, entry.region
     workspace = Workspace(
         table=Box("table", entry.table.center, entry.table.size),

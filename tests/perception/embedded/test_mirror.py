@@ -5,7 +5,7 @@ from numpy.testing import assert_allclose
 
 from torc.perception.embedded.inputs import CHANNELS
 from torc.perception.embedded.instances import OFFSETS
-from torc.perception.embedded.mirror import both_ways
+from torc.perception.embedded.perception import both_ways
 
 SHAPE = 96, 128
 

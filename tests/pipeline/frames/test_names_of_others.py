@@ -10,7 +10,7 @@ from PIL import Image
 from torc.errors import InputError
 from torc.geometry.transforms import invert
 from torc.pipeline.frames import load_frame
-from torc.pipeline.frames.pixels import as_labels
+from torc.pipeline.frames.forms import as_labels
 
 SEEN = observe()
 LABELS = SEEN.label_image

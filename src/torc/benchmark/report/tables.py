@@ -2,15 +2,17 @@
 
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import combinations, pairwise
 
 import numpy as np
 
 from torc.benchmark.comparison import ALPHA, compare, holm
-from torc.benchmark.measures import DECISION_S, DROP_FREE, MEASURES
+from torc.benchmark.measures import COST, DECISION_S, DROP_FREE, MEASURES, SUCCESS
 from torc.benchmark.report.cells import TextTable, seconds_text, signed_text, trial_cell
 from torc.benchmark.report.ranking import Standing
-from torc.benchmark.rows import Table
+from torc.benchmark.rows import Table, TrialRow
+from torc.problems.sets import set_of
 
 CATEGORIES = ("structured", "unstructured")
 _PROMISE_BINS = (0.0, 0.5, 0.8, 0.95, 0.98, 1.0)
@@ -137,3 +139,74 @@ def errors_table(table: Table) -> TextTable:
             rows.append((r.planner, r.problem, str(r.seed), r.cause, said, trial_cell(table, r)))
     header = ("planner", "problem", "seed", "cause", "what was said", "trial")
     return TextTable("Errored trials, which are not scored", header, rows)
+
+
+def sets_table(table: Table, planners: Sequence[str], best: str | None) -> TextTable:
+    """A row per set and planner, none where all are of one set. `best` is whom the others are compared with."""
+    rows = []
+    sets = {problem: set_of(problem) or "others" for problem in table.problems}
+    names = sorted(set(sets.values()))
+    for name in names if len(names) > 1 else ():
+        part = replace(table, rows=tuple(r for r in table.rows if sets[r.problem] == name))
+        for planner in planners:
+            if done := part.completed(planner):
+                more = "" if best in (None, planner) else signed_text(compare(part, planner, best).cost, 2)
+                cost, *shares = (m.of(done).text(m.digits) for m in (COST, SUCCESS, DROP_FREE))
+                rows.append((name, planner, str(len(done)), cost, more, *shares))
+    against = f"more than {best or 'the best'}"
+    header = ("set", "planner", "trials", "picks to retrieval", against, "retrieved", "with no drop")
+    note = "More: on the same problems and seeds. Brackets: 95 % intervals over the problems of the set."
+    return TextTable("Set by set", header, rows, note)
+
+
+_HEADER = (
+    "planner",
+    "trials",
+    "calls a trial",
+    "calls a pick",
+    "tokens sent a trial",
+    "tokens written a trial",
+    "cost a trial",
+    "cost in all",
+)
+_NOTE = (
+    "Means over all trials in which the model was asked, errored ones too; tokens as the server counts them, thinking "
+    "included in what is written; cost by the prices that were given with the run. Empty: a reply did not tell its "
+    "tokens, or no prices were given. Replies from a cache count as when they were recorded."
+)
+
+
+def vlm_table(table: Table, planners: Sequence[str]) -> TextTable:
+    """A row per planner that asked a model."""
+    rows = []
+    for planner in planners:
+        asked = [row for row in table.of(planner) if row.vlm_calls is not None]
+        if asked:
+            rows.append((planner, str(len(asked)), *_cells(asked)))
+    return TextTable("What the models took", _HEADER, rows, _NOTE)
+
+
+def _cells(rows: Sequence[TrialRow]) -> tuple[str, ...]:
+    calls = [row.vlm_calls or 0 for row in rows]
+    picks = sum(row.picks for row in rows if row.completed)
+    of_completed = sum(row.vlm_calls or 0 for row in rows if row.completed)
+    currencies = {row.currency for row in rows}
+    costs = _known([row.vlm_cost for row in rows]) if len(currencies) == 1 else None
+    unit = "".join(currencies)
+    return (
+        f"{sum(calls) / len(rows):.1f}",
+        f"{of_completed / picks:.2f}" if picks else "",
+        *(_mean(_known([getattr(r, name) for r in rows])) for name in ("tokens_sent", "tokens_written")),
+        "" if costs is None else f"{sum(costs) / len(costs):.4g} {unit}",
+        "" if costs is None else f"{sum(costs):.4g} {unit}",
+    )
+
+
+def _known(values: Sequence[float | None]) -> list[float] | None:
+    """The values; None where one is not known: a sum without it would be too small."""
+    found = [v for v in values if v is not None]
+    return found if len(found) == len(values) else None
+
+
+def _mean(values: list[float] | None) -> str:
+    return "" if values is None else f"{sum(values) / len(values):,.0f}"

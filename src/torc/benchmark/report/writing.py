@@ -17,9 +17,8 @@ from torc.benchmark.report.figures import Picture, draw_all
 from torc.benchmark.report.pages import Section, html_page, markdown_page
 from torc.benchmark.report.ranking import Ranking, rank_on_common_ground
 from torc.benchmark.report.scores import BOUNDS, give_ups_table, score_summary, scores_table, within_table
-from torc.benchmark.report.sets import sets_table
+from torc.benchmark.report.tables import sets_table, vlm_table
 from torc.benchmark.report.trials import KEY, failures, openings, trial_board
-from torc.benchmark.report.vlm import vlm_table
 from torc.benchmark.rows import Table
 from torc.benchmark.table_files import write_tables
 from torc.episode.viewer_links import REPORT

@@ -1,5 +1,3 @@
 """Frames from disk, as torc camera record writes them."""
 
-from torc.cameras.recorded import RecordedCamera
-
-PART = RecordedCamera
+from torc.cameras.recorded import RecordedCamera as PART

@@ -1,5 +1,3 @@
 """The simulated camera."""
 
-from torc.sim.robot import as_simulated
-
-PART = as_simulated
+from torc.sim.robot import as_simulated as PART

@@ -1,5 +1,3 @@
 """What the camera gives; exact in simulation."""
 
-from torc.perception.protocol import AsMeasured
-
-PART = AsMeasured
+from torc.perception.protocol import AsMeasured as PART

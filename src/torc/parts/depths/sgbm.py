@@ -1,5 +1,3 @@
 """From a stereo pair, by semi-global block matching."""
 
-from torc.perception.stereo import SgbmDepth
-
-PART = SgbmDepth
+from torc.perception.stereo import SgbmDepth as PART

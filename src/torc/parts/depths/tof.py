@@ -1,5 +1,3 @@
 """With the errors of a time-of-flight camera, in simulation."""
 
-from torc.perception.tof import TofDepth
-
-PART = TofDepth
+from torc.perception.tof import TofDepth as PART

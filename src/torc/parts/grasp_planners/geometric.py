@@ -1,5 +1,3 @@
 """Candidates from geometry, scored by a small model."""
 
-from torc.grasping.geometric_planner import GeometricGraspPlanner
-
-PART = GeometricGraspPlanner
+from torc.grasping.geometric_planner import GeometricGraspPlanner as PART

@@ -1,5 +1,3 @@
 """Straight lines, and sampled free motions."""
 
-from torc.motion.sampling_planner import SamplingMotionPlanner
-
-PART = SamplingMotionPlanner
+from torc.motion.sampling_planner import SamplingMotionPlanner as PART

@@ -1,5 +1,3 @@
 """torc's own eyes: small networks on the CPU."""
 
-from torc.perception.embedded.perception import EmbeddedPerception
-
-PART = EmbeddedPerception
+from torc.perception.embedded.perception import EmbeddedPerception as PART

@@ -1,5 +1,3 @@
 """Keeps track of where a hidden target may be, and searches for the cheapest order."""
 
-from torc.task_planning.belief.belief_planner import BeliefPlanner
-
-PART = BeliefPlanner
+from torc.task_planning.belief.belief_planner import BeliefPlanner as PART

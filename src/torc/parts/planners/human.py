@@ -1,5 +1,3 @@
 """A person at a page in the browser; `torc human` opens it."""
 
-from torc.web.expert import HumanPlanner
-
-PART = HumanPlanner
+from torc.web.expert import HumanPlanner as PART

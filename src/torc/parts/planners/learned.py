@@ -1,5 +1,3 @@
 """A small model trained on what simulated picks led to."""
 
-from torc.task_planning.learned.learned_planner import LearnedPlanner
-
-PART = LearnedPlanner
+from torc.task_planning.learned.learned_planner import LearnedPlanner as PART

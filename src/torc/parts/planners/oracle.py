@@ -1,5 +1,3 @@
 """A reference: tries picks out in the simulation."""
 
-from torc.oracle.oracle_planner import OraclePlanner
-
-PART = OraclePlanner
+from torc.oracle.oracle_planner import OraclePlanner as PART

@@ -1,5 +1,3 @@
 """Asks --vlm to correct the dependency graph, then decides as dg-select."""
 
-from torc.vlm.fixes_dg import VlmFixesDgPlanner
-
-PART = VlmFixesDgPlanner
+from torc.vlm.fixes_dg import VlmFixesDgPlanner as PART

@@ -1,5 +1,3 @@
 """Asks --vlm, which also reads what can be grasped."""
 
-from torc.vlm.select import VlmGraspsPlanner
-
-PART = VlmGraspsPlanner
+from torc.vlm.select import VlmGraspsPlanner as PART

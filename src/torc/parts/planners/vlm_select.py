@@ -1,5 +1,3 @@
 """Asks --vlm, which sees the picture alone."""
 
-from torc.vlm.select import VlmSelectPlanner
-
-PART = VlmSelectPlanner
+from torc.vlm.select import VlmSelectPlanner as PART

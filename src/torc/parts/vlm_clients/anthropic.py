@@ -1,5 +1,3 @@
 """Anthropic's models: anthropic:MODEL."""
 
-from torc.vlm.clients.api import open_api_client
-
-PART = open_api_client
+from torc.vlm.clients.api import open_api_client as PART

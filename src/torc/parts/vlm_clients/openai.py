@@ -1,5 +1,3 @@
 """OpenAI's models, and servers that speak its protocol: openai:MODEL@URL."""
 
-from torc.vlm.clients.api import open_api_client
-
-PART = open_api_client
+from torc.vlm.clients.api import open_api_client as PART

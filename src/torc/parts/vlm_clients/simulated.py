@@ -1,5 +1,3 @@
 """The simulator's truth with mistakes: simulated:PROFILE."""
 
-from torc.vlm.simulated.client import open_simulated
-
-PART = open_simulated
+from torc.vlm.simulated.client import open_simulated as PART

@@ -1,5 +1,3 @@
 """Arms that ROS 1 or 2 drives, by rosbridge."""
 
-from torc_lab.ros.arm import RosArm
-
-PART = RosArm
+from torc_lab.ros.arm import RosArm as PART

@@ -1,5 +1,3 @@
 """Arms of Universal Robots, by RTDE."""
 
-from torc_lab.ur.arm import UrArm
-
-PART = UrArm
+from torc_lab.ur.arm import UrArm as PART

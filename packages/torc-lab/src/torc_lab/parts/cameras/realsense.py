@@ -1,5 +1,3 @@
 """Intel RealSense D400 and kin: colour, depth, infrared pair."""
 
-from torc_lab.cameras.realsense import RealSenseCamera
-
-PART = RealSenseCamera
+from torc_lab.cameras.realsense import RealSenseCamera as PART

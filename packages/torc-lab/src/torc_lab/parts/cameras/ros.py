@@ -1,5 +1,3 @@
 """Image topics of ROS 1 or 2, by rosbridge."""
 
-from torc_lab.cameras.ros import RosCamera
-
-PART = RosCamera
+from torc_lab.cameras.ros import RosCamera as PART

@@ -1,5 +1,3 @@
 """Stereolabs ZED by its SDK: colour, depth, pair (not run yet)."""
 
-from torc_lab.cameras.zed_sdk import ZedCamera
-
-PART = ZedCamera
+from torc_lab.cameras.zed_sdk import ZedCamera as PART

@@ -1,5 +1,3 @@
 """The hand of a Franka arm, by rosbridge."""
 
-from torc_lab.ros.franka_hand import FrankaHand
-
-PART = FrankaHand
+from torc_lab.ros.franka_hand import FrankaHand as PART

@@ -1,5 +1,3 @@
 """Robotiq grippers behind a UR controller's URCap."""
 
-from torc_lab.robotiq.gripper import over_urcap
-
-PART = over_urcap
+from torc_lab.robotiq.gripper import over_urcap as PART

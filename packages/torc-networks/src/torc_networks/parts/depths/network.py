@@ -1,5 +1,3 @@
 """From a stereo pair, by a network behind a server."""
 
-from torc_networks.depth import NetworkDepth
-
-PART = NetworkDepth
+from torc_networks.depth import NetworkDepth as PART

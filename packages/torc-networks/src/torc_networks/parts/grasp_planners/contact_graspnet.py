@@ -1,5 +1,3 @@
 """Candidates by Contact-GraspNet, from a server."""
 
-from torc_networks.grasping.contact_graspnet import ContactGraspNetPlanner
-
-PART = ContactGraspNetPlanner
+from torc_networks.grasping.contact_graspnet import ContactGraspNetPlanner as PART

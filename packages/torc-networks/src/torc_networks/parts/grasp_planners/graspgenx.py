@@ -1,5 +1,3 @@
 """Candidates by GraspGenX, from a server."""
 
-from torc_networks.grasping.graspgenx import GraspGenXPlanner
-
-PART = GraspGenXPlanner
+from torc_networks.grasping.graspgenx import GraspGenXPlanner as PART

@@ -1,5 +1,3 @@
 """Free motions by cuRobo, from a server."""
 
-from torc_networks.motion.planner import CuroboMotionPlanner
-
-PART = CuroboMotionPlanner
+from torc_networks.motion.planner import CuroboMotionPlanner as PART

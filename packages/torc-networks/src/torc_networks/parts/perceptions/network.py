@@ -1,5 +1,3 @@
 """Masks from a server."""
 
-from torc_networks.perception import NetworkPerception
-
-PART = NetworkPerception
+from torc_networks.perception import NetworkPerception as PART
