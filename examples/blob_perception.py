@@ -9,9 +9,8 @@ Things that touch become one; a network does better (docs/extending.md).
 import cv2
 import numpy as np
 
-from torc.perception.protocol import Wanted
-from torc.perception.segmentation import PerceptionConfig, segment
-from torc.records import BACKGROUND, MAX_OBJECTS, TARGET_ID, Observation, SegmentedScene
+from torc import Observation, Wanted
+from torc.protocols import BACKGROUND, MAX_OBJECTS, TARGET_ID, PerceptionConfig, SegmentedScene, segment
 
 HUES = {"red": 0, "orange": 15, "yellow": 28, "green": 60, "blue": 110, "purple": 140, "pink": 165}
 """By OpenCV, 0 to 180."""

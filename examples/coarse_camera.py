@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from torc.records import Observation
-from torc.robots.protocols import Camera
+from torc import Observation
+from torc.protocols import Camera
 
 
 class CoarseCamera:

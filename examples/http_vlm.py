@@ -14,11 +14,8 @@ import urllib.error
 import urllib.request
 from dataclasses import asdict
 
-from torc.errors import InputError
-from torc.vlm.config import VlmConfig
-from torc.vlm.failures import FailureKind, VlmError, kind_of_status
-from torc.vlm.protocol import Question, Reply
-from torc.vlm.replies import reply_of
+from torc import InputError, VlmConfig
+from torc.protocols import FailureKind, Question, Reply, VlmError, kind_of_status, reply_of
 
 
 class HttpVlm:

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.stats import t
 
 from torc.gym_env.env import PER_OBJECT, stacked
-from torc.records import TARGET_ID
+from torc.protocols import TARGET_ID
 
 _LONGEST_PATH = 4
 _TARGET = PER_OBJECT.index("target")

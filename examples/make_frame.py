@@ -10,11 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from torc.problems.problem import load_problem
-from torc.robots.loading import load_robot
+from torc import load_problem, load_robot, load_workspace
 from torc.sim.robot import SimulatedRobot
 from torc.sim.simulated_world import build_world
-from torc.workspace.workspace_files import load_workspace
 
 DEPTH_SCALE_M = 0.0001
 """Metres per unit of the stored depth."""

@@ -6,7 +6,7 @@ torc run --planner nearest_planner:Nearest
 
 import numpy as np
 
-from torc.records import Decision, PlanningContext
+from torc import Decision, PlanningContext
 
 
 class Nearest:
@@ -16,7 +16,7 @@ class Nearest:
 
     def decide(self, context: PlanningContext, rng: np.random.Generator) -> Decision:
         """The object whose visible points are nearest, of those with a valid grasp."""
-        graspable = context.report.graspable_ids
+        graspable = context.graspable_ids
         if not graspable:
             return Decision(None, "nothing is graspable")
         nearest = min(graspable, key=lambda k: context.scene.object(k).points[:, 0].mean())

@@ -7,11 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from torc.motion.protocol import PickRequest
 from torc.motion.sampling_planner import SamplingMotionPlanner
-from torc.records import PickPlan, PlanFailure, Trajectory
-from torc.robots.description import RobotDescription
-from torc.workspace.description import Workspace
+from torc.protocols import PickPlan, PickRequest, PlanFailure, RobotDescription, Trajectory, Workspace
 
 
 class SlowMotion:

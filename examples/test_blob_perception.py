@@ -3,8 +3,8 @@
 import numpy as np
 
 from blob_perception import Blobs
-from torc.perception.protocol import Wanted
-from torc.records import TARGET_ID
+from torc import Wanted
+from torc.protocols import TARGET_ID
 from torc.testing.perception_conformance import check_perception
 from torc.testing.synthetic import SyntheticBox, synthetic_observation
 

@@ -5,8 +5,7 @@ from pathlib import Path
 import numpy as np
 
 import make_frame
-from torc.brain import decide_frame, load_frame
-from torc.pipeline.frames import save_frame
+from torc import decide_frame, load_frame, save_frame
 
 FRAME = Path(__file__).with_name("frame.npz")
 

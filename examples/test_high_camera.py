@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from torc.workspace.workspace_files import load_workspace
+from torc import load_workspace
 
 
 def test_it_is_read_as_written():

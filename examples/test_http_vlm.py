@@ -8,11 +8,11 @@ from typing import ClassVar
 import pytest
 
 from http_vlm import HttpVlm
-from torc.errors import InputError
+from torc import InputError, VlmConfig
 from torc.pipeline.planners import open_client
+from torc.protocols import FailureKind, VlmError
 from torc.testing.vlm_client_conformance import CASES, check_case
-from torc.vlm.config import VlmConfig, parse_vlm
-from torc.vlm.failures import FailureKind, VlmError
+from torc.vlm.config import parse_vlm
 
 PLAN = json.dumps({"thoughts": "1 is in front.", "plan": [{"action": "remove", "input": 1}]})
 

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from slow_motion import SlowMotion
-from torc.robots.loading import load_robot
+from torc import load_robot, load_workspace
 from torc.testing.motion_conformance import check_motion_planner, requests
-from torc.workspace.workspace_files import load_workspace
 
 
 def test_it_conforms():

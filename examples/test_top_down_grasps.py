@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from top_down_grasps import TopDown
-from torc.robots.loading import load_robot
+from torc import load_robot
 from torc.testing.grasp_conformance import CASES, check_case
 from torc.testing.synthetic import SyntheticBox
 from torc.testing.views import view_of

@@ -6,8 +6,7 @@ torc run --grasps top_down_grasps:TopDown
 
 import numpy as np
 
-from torc.records import GraspSet, OcclusionVolume, SegmentedObject, SegmentedScene
-from torc.robots.gripper import GripperDescription
+from torc.protocols import GraspSet, GripperDescription, OcclusionVolume, SegmentedObject, SegmentedScene
 
 DEPTHS_M = (0.015, 0.03)
 CLEARANCE_M = 0.01

@@ -47,6 +47,7 @@ ORDER = [
     "generation",
     "benchmark",
     "verbs",
+    "protocols",
     "web",
     # A folder for each kind of part; found by name, imported by nobody.
     "parts",

@@ -15,7 +15,7 @@ import torc
 PAGE = Path(__file__).parents[1] / "docs" / "api.md"
 CHAPTERS = {
     "Play": ("Episode", "play", "bench", "run_trial", "read_trial", "Trial", "Table"),
-    "Decide for a picture": ("load_frame", "decide_frame", "Answer", "Grasp", "Wanted"),
+    "Decide for a picture": ("load_frame", "save_frame", "decide_frame", "Answer", "Grasp", "Wanted"),
     "What a planner sees and answers": (
         "PlanningContext",
         "Observation",
@@ -43,8 +43,8 @@ CHAPTERS = {
 _HEAD = """# Python interface
 
 `import torc` offers the names on this page; each is imported when it is first used. Everything else in torc is private
-and may change, apart from the protocols that [your own parts](extending.md) implement and the conformance suites in
-`torc.testing`. Units are metres, radians and seconds, quaternions are wxyz, and the camera frame is OpenCV's.
+and may change, apart from `torc.protocols`, which holds what [your own parts](extending.md) need, and the conformance
+suites in `torc.testing`. Units are metres, radians and seconds, quaternions are wxyz, and the camera frame is OpenCV's.
 
 <!-- Written by `python -m tools.api_page` from the docstrings. -->
 """

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from torc.errors import InputError as InputError
     from torc.errors import TorcError as TorcError
     from torc.perception.protocol import Wanted as Wanted
+    from torc.pipeline.frames import save_frame as save_frame
     from torc.pipeline.planners import make_planner as make_planner
     from torc.problems.problem import Problem as Problem
     from torc.problems.problem import load_problem as load_problem
@@ -85,6 +86,7 @@ _HOMES = {
     "problem_names": "torc.problems.sets",
     "read_trial": "torc.episode.recorded",
     "run_trial": "torc.episode.trial",
+    "save_frame": "torc.pipeline.frames",
 }
 __all__ = sorted(_HOMES)
 

@@ -86,10 +86,15 @@ def frame_of(observation: Observation, where: str = "The snapshot") -> Frame:
 
 
 def save_frame(path: str | Path, frame: Frame) -> None:
-    """Writes a frame: a .npz file if the path ends so, else a directory, which is made.
+    """Write a frame for `load_frame`. Labels are written as object ids.
 
-    Labels are written as object ids. A directory rounds depth to 0.1 mm, or to 1 mm where some is beyond 6.5 m; a .npz
-    file has no names. Raises InputError if it cannot be written.
+    Args:
+        path: a path that ends in .npz, or a directory, which is made. A directory rounds depth to 0.1 mm, or to 1 mm if
+            some is beyond 6.5 m; an .npz file has no names.
+        frame: the frame.
+
+    Raises:
+        InputError: it cannot be written.
     """
     try:
         write_frame(Path(path), frame)
