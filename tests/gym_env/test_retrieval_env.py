@@ -67,7 +67,7 @@ def test_broken_physics_truncates_and_says_why(make_env, monkeypatch):
     env = make_env()
     before, _ = env.reset(seed=0)
 
-    def explode(self, plan, true_id=None, is_target=None):
+    def explode(self, plan, is_target=None):
         raise PhysicsError("a body flew away")
 
     monkeypatch.setattr(FakeRobot, "execute", explode)

@@ -47,15 +47,18 @@ class FakeRobot:
         self.shapes = list(shapes)
         self.results = list(results)
         self.executed: list[PickPlan] = []
+        self.true_id: int | None = None
 
     def capture(self) -> Observation:
         """Ray-cast what is left."""
         seen = synthetic_observation(self.shapes, stamp_s=float(len(self.executed)))
         return replace(seen, qpos=self.description.arm.rest_qpos)
 
-    def execute(
-        self, plan: PickPlan, true_id: int | None = None, is_target: HeldCheck | None = None
-    ) -> PickOutcome:
+    def aim_at(self, true_id: int | None) -> None:
+        """Note what the next pick is meant for."""
+        self.true_id = true_id
+
+    def execute(self, plan: PickPlan, is_target: HeldCheck | None = None) -> PickOutcome:
         """Take the object away, or what the script says."""
         self.executed.append(plan)
         if len(self.executed) <= len(self.results):
@@ -63,6 +66,7 @@ class FakeRobot:
             if outcome.held_after_lift and is_target is not None:
                 is_target(self.capture(), 0.04)
             return outcome
+        true_id, self.true_id = self.true_id, None
         meant = plan.object_id if true_id is None else true_id
         self.shapes = [s for s in self.shapes if s.id != meant]
         believed = plan.object_id == TARGET_ID if is_target is None else is_target(self.capture(), 0.04)

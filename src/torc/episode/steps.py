@@ -28,7 +28,7 @@ from torc.records import (
 )
 from torc.registry.kinds import PERCEPTIONS
 from torc.robots.description import RobotDescription
-from torc.robots.protocols import Robot
+from torc.robots.protocols import KnowsObjects, Robot
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,9 @@ class Steps:
                 # Who names the target is trusted; else what is lifted is looked at.
                 check = None if named else self._held_look(state, look, choice)
                 with self.clock.stage("execute") as lap:
-                    outcome = self.robot.execute(meant, truth.get(choice), check)
+                    if isinstance(self.robot, KnowsObjects):
+                        self.robot.aim_at(truth.get(choice))
+                    outcome = self.robot.execute(meant, check)
                 seconds = lap.seconds
                 if named:
                     outcome, scene = replace(outcome, object_id=choice), scene.with_target(choice)

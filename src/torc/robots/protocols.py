@@ -102,9 +102,20 @@ class Robot(Protocol):
     def capture(self) -> Observation:
         """One snapshot with the arm at rest."""
 
-    def execute(
-        self, plan: PickPlan, true_id: int | None = None, is_target: HeldCheck | None = None
-    ) -> PickOutcome:
-        """Carry out one pick; the arm is at rest again afterwards. `true_id` is for simulators: what the plan's object
-        is by their own ids, where perception has others. `is_target` is asked after a lift with something in the hand;
-        without it, the plan's object id tells. Raises PhysicsError or a driver's TorcError."""
+    def execute(self, plan: PickPlan, is_target: HeldCheck | None = None) -> PickOutcome:
+        """Carry out one pick; the arm is at rest again afterwards.
+
+        Args:
+            plan: the motions.
+            is_target: asked after a lift with something in the hand; without it, the plan's object id decides.
+
+        Raises PickHaltedError if the robot was stopped, PhysicsError or another TorcError if it broke.
+        """
+
+
+@runtime_checkable
+class KnowsObjects(Protocol):
+    """A robot that numbers the objects itself, as a simulator does."""
+
+    def aim_at(self, true_id: int | None) -> None:
+        """Note which object, by its own ids, the next pick is meant for; None if the plan's id is one of its own."""

@@ -79,6 +79,7 @@ class SimulatedRobot(Closing):
         self.camera = SimulatedCamera(world, self.config.backend, self.config.color, rig)
         self._eye: Camera = self.camera
         self._contacts = ContactReader(world, world.robot)
+        self._true_id: int | None = None
         self.last_trace: ExecutionTrace | None = None
         """What was commanded in the latest pick, and what the robot itself felt."""
 
@@ -104,19 +105,21 @@ class SimulatedRobot(Closing):
         """One snapshot, now."""
         return self._eye.capture()
 
+    def aim_at(self, true_id: int | None) -> None:
+        """Note which object the next pick is meant for, if perception numbers objects in its own way."""
+        self._true_id = true_id
+
     def look_through(self, camera: Camera) -> None:
         """Take further snapshots with another camera, which may look through the simulated one."""
         self._eye = camera
 
-    def execute(
-        self, plan: PickPlan, true_id: int | None = None, is_target: HeldCheck | None = None
-    ) -> PickOutcome:
-        """Carries out one pick and tells what came of it, by the simulator's truth, and what the gripper felt.
+    def execute(self, plan: PickPlan, is_target: HeldCheck | None = None) -> PickOutcome:
+        """Carry out one pick, and return its outcome by the simulator's truth, with what the gripper felt.
 
-        `true_id` is what the plan's object is by the simulator's ids, where the plan has others; `is_target` is asked
-        about what was lifted. Raises InputError if the plan does not start where the arm is, and PhysicsError if the
-        simulation broke.
+        `is_target` is asked about what was lifted. Raises InputError if the plan does not start where the arm is, and
+        PhysicsError if the simulation broke.
         """
+        true_id, self._true_id = self._true_id, None
         # Whether the state before a pick was restored or reached must not matter for the pick.
         refresh(self.world)
         start_s = self.world.time_s

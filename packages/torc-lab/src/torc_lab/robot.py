@@ -43,12 +43,8 @@ class LabRobot:
         self._last_stamp_s = seen.stamp_s
         return replace(seen, qpos=self.arm.qpos)
 
-    def execute(
-        self, plan: PickPlan, true_id: int | None = None, is_target: HeldCheck | None = None
-    ) -> PickOutcome:
+    def execute(self, plan: PickPlan, is_target: HeldCheck | None = None) -> PickOutcome:
         """Carries out one pick. Raises LabError: then the pick has no result."""
-        if true_id is not None:
-            raise LabError("A real robot is not told what objects really are.")
         ask = None if is_target is None else lambda: is_target(self.capture(), self.gripper.state.width_m)
         trace = execute_pick(self.arm, self.gripper, plan, self.config, self._on_phase, ask)
         self.last_trace = trace
