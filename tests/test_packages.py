@@ -125,7 +125,6 @@ DOORS = {
     "torc.specs.conditions",
     "torc.specs.spec_files",
     "torc.specs.trial",
-    "torc.task_planning.belief.costs",
     "torc.task_planning.dg_select",
     "torc.task_planning.protocol",
     "torc.task_planning.random_choice",

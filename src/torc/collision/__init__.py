@@ -1,1 +1,1 @@
-"""What the arm may not touch: surface and unknown voxels, table, bin and the robot itself; batched checks."""
+"""Check collisions in batches: surface and unknown voxels, table, bin and the robot itself."""

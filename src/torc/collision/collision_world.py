@@ -21,18 +21,19 @@ class CollisionConfig:
     Attributes:
         padding_m: growth of the arm's spheres against voxels and fixed boxes. 10 mm by default: unpadded,
             half of the planned paths touch the true meshes; with 10 mm, 2-4 % do.
-        gripper_padding_m: the same for palm and fingers against voxels; small, since grasps live in tight
-            clutter and a voxel is already up to 10 mm larger than the surface in it.
-        gripper_static_padding_m: the same against table and bin; fingertips 5 mm above the table must pass.
+        gripper_padding_m: growth of palm and fingers against voxels; small, since grasps are in tight clutter and a
+            voxel
+            is already up to 10 mm larger than the surface in it.
+        gripper_static_padding_m: likewise against table and bin; fingertips 5 mm above the table must pass.
         attached_padding_m: growth of an attached object's spheres against voxels.
-        attached_static_padding_m: the same against table and bin: in the hand an object shifts by some millimetres,
+        attached_static_padding_m: likewise against table and bin: in the hand an object shifts by some millimetres,
             and one that touches the table is torn out of it.
         self_padding_m: growth of one of two spheres of the robot itself, whose meshes reach up to 6 mm out of the
             spheres: unpadded, a finger of the UR5e was driven into its upper arm.
         edge_step_m: no point of the robot moves further between two checked configurations of an edge. With
             edge_step_m <= 2 * padding_m the unpadded arm is free on the whole edge.
-        explained_margin_m: background surface voxels this close to a fixed box show that box and are no
-            obstacle of their own.
+        explained_margin_m: background surface voxels this close to a fixed box show that box and are not separate
+            obstacles.
     """
 
     padding_m: float = 0.010
@@ -59,7 +60,7 @@ class CollisionWorld:
     """Everything but the robot that the robot must not touch. World frame.
 
     Attributes:
-        grid: where the voxels are. Outside of it nothing but the fixed boxes is an obstacle.
+        grid: where the voxels are. Outside it only the fixed boxes are obstacles.
         kind: FREE, SURFACE or UNKNOWN per voxel.
         bits: per voxel the objects it belongs to, bit k for object id k: the surface's owner, or those
             that hide an unknown voxel. 0 on an occupied voxel: it belongs to no object and counts as fixed.
@@ -68,8 +69,7 @@ class CollisionWorld:
         boxes: fixed boxes, lower and upper corner.
         box_names: their names.
         config: paddings.
-        block_bits, block_static: owners summed up over blocks of voxels, see `WorldArrays`; never less than the
-            truth.
+        block_bits, block_static: owners combined over blocks of voxels, see `WorldArrays`; never less than the truth.
     """
 
     grid: VoxelGrid
@@ -83,7 +83,7 @@ class CollisionWorld:
     block_static: Bool[np.ndarray, "bx by bz"]
 
     def without_object(self, object_id: int, unknown: bool = True) -> "CollisionWorld":
-        """This world without an object's surface voxels and, if wanted, without those that it hides."""
+        """Return this world without an object's surface voxels and, with `unknown`, without those that it hides."""
         own = (self.bits & _bit(object_id)) != 0
         gone = own if unknown else own & (self.kind == SURFACE)
         return replace(self, kind=np.where(gone, np.uint8(FREE), self.kind))
@@ -94,7 +94,7 @@ def build_collision_world(
     fixed: Workspace | Sequence[Box],
     config: CollisionConfig | None = None,
 ) -> CollisionWorld:
-    """The world to check against: surface and never-seen voxels of the volume, and fixed boxes.
+    """Build the world to check against: surface and never-seen voxels of the volume, and fixed boxes.
 
     Background surface next to a fixed box shows that box and is left to it; other background surface is an
     obstacle without an owner. Unseen voxels hidden by nothing that has an id have no owner either.
@@ -114,7 +114,7 @@ def world_from_voxels(
     box_names: tuple[str, ...],
     config: CollisionConfig,
 ) -> CollisionWorld:
-    """The world of classified voxels and fixed boxes; see CollisionWorld."""
+    """Build the world of classified voxels and fixed boxes; see CollisionWorld."""
     kind, bits = kernel_array(kind, np.uint8), kernel_array(bits, np.uint64)
     distance = distance_field(kind != FREE, grid.voxel_size_m)
     block_kind, block_bits = sum_up_blocks(kind, bits)
@@ -124,7 +124,7 @@ def world_from_voxels(
 def distance_field(
     occupied: Bool[np.ndarray, "nx ny nz"], voxel_size_m: float
 ) -> Float32[np.ndarray, "nx ny nz"]:
-    """Metres from each voxel's centre to the nearest occupied voxel's centre; > 100 if there is none."""
+    """Return metres from each voxel's centre to the nearest occupied voxel's centre; > 100 if there is none."""
     if not occupied.any():
         return np.full(occupied.shape, _FAR_M, dtype=np.float32)
     return np.asarray(distance_transform_edt(~occupied) * voxel_size_m, dtype=np.float32)
@@ -145,7 +145,7 @@ def _corners(boxes: Sequence[Box]) -> Float[np.ndarray, "b 6"]:
 def _classify(
     volume: OcclusionVolume, boxes: Float[np.ndarray, "b 6"], config: CollisionConfig
 ) -> tuple[UInt8[np.ndarray, "nx ny nz"], UInt64[np.ndarray, "nx ny nz"]]:
-    """Kind and owners of every voxel. A surface voxel is one whatever `seen` says."""
+    """Return kind and owners of every voxel. A surface voxel counts whatever `seen` says."""
     label = volume.surface_label
     owned = label >= 0
     kind = np.where(volume.seen, np.uint8(FREE), np.uint8(UNKNOWN))

@@ -1,4 +1,4 @@
-"""Compiled checks of whole configurations: which voxels, boxes and parts of itself the robot touches."""
+"""Check whole configurations, compiled: which voxels, boxes and parts of itself the robot touches."""
 
 import numpy as np
 from numba import njit
@@ -9,7 +9,7 @@ from torc.collision.placement import place_spheres, scratch_for
 
 @njit(cache=True)
 def sphere_gap(a, radius_a, b, radius_b, limit):
-    """Distance of two spheres where it is below a limit, else the limit."""
+    """Return the distance of two spheres if it is below a limit, else the limit."""
     dx, dy, dz = a[0] - b[0], a[1] - b[1], a[2] - b[2]
     d2, r = dx * dx + dy * dy + dz * dz, radius_a + radius_b
     near = r + limit
@@ -18,7 +18,7 @@ def sphere_gap(a, radius_a, b, radius_b, limit):
 
 @njit(cache=True)
 def pair_gap(robot, spheres, a, b, limit):
-    """Distance between two links, up to a limit."""
+    """Return the distance between two links, up to a limit."""
     n, around = robot.radii.shape[0], robot.link_spheres
     if sphere_gap(spheres[n + a], around[a, 3], spheres[n + b], around[b, 3], limit) == limit:
         return limit
@@ -30,7 +30,7 @@ def pair_gap(robot, spheres, a, b, limit):
 
 @njit(cache=True)
 def fixed_gap(robot, spheres, link, limit):
-    """Distance between a link and the parts of the robot that do not move, up to a limit."""
+    """Return the distance between a link and the parts of the robot that do not move, up to a limit."""
     n = robot.radii.shape[0]
     for t in range(robot.static_spheres.shape[0]):
         fixed, r = robot.static_spheres[t], robot.static_spheres[t, 3]
@@ -42,7 +42,9 @@ def fixed_gap(robot, spheres, link, limit):
 
 @njit(cache=True)
 def self_clearance(robot, spheres, limit):
-    """Smallest distance between parts of the robot that can touch each other or its fixed parts, up to a limit."""
+    """Return the smallest distance between parts of the robot that can touch each other or its fixed parts, up to a
+    limit.
+    """
     for p in range(robot.self_pairs.shape[0]):
         limit = pair_gap(robot, spheres, robot.self_pairs[p, 0], robot.self_pairs[p, 1], limit)
     for link in range(robot.static_links.shape[0]):
@@ -60,7 +62,7 @@ def padding_row(link, dof):
 
 @njit(cache=True)
 def contacts_at(q, width_m, own, robot, world, first_only, voxels_too, scratch):
-    """(bits, flags) of all that the robot touches at q; with first_only, of the first contact found.
+    """Return (bits, flags) of all that the robot touches at q; with first_only, of the first contact found.
 
     own: bits ignored as described in `blockers`; voxels_too False: only fixed boxes and the robot itself.
     """
@@ -71,7 +73,7 @@ def contacts_at(q, width_m, own, robot, world, first_only, voxels_too, scratch):
             return bits, STATIC | SELF
     place_spheres(q, width_m, robot, scratch)
     spheres = scratch[3]
-    # From the hand to the shoulder: the hand is what touches first in clutter.
+    # From the hand to the shoulder: the hand touches first in clutter.
     for link in range(robot.link_start.shape[0] - 2, -1, -1):
         row = padding_row(link, dof)
         for s in range(robot.link_start[link], robot.link_start[link + 1]):
@@ -95,7 +97,7 @@ def contacts_at(q, width_m, own, robot, world, first_only, voxels_too, scratch):
 
 @njit(cache=True)
 def contacts_batch(qpos, width_m, own, robot, world, first_only, voxels_too):
-    """(bits, flags) of each configuration."""
+    """Return (bits, flags) of each configuration."""
     n, scratch = len(qpos), scratch_for(robot)
     bits, flags = np.zeros(n, np.uint64), np.zeros(n, np.uint8)
     for i in range(n):
@@ -107,10 +109,10 @@ def contacts_batch(qpos, width_m, own, robot, world, first_only, voxels_too):
 
 @njit(cache=True)
 def _world_advance(spheres, dof, own, robot, world, moved, step_m):
-    """Share of an edge that can be skipped without touching voxels or boxes; negative where one is touched.
+    """Return the share of an edge that can be skipped without touching voxels or boxes; negative if one is touched.
 
     moved[link]: no point of the link moves further than this on the whole edge. A link that is near voxels
-    without touching any is taken to be free for step_m.
+    without touching any is assumed free for step_m.
     """
     advance = 1.0
     for link in range(robot.link_start.shape[0] - 2, -1, -1):
@@ -139,7 +141,7 @@ def _world_advance(spheres, dof, own, robot, world, moved, step_m):
 
 @njit(cache=True)
 def _self_advance(spheres, robot, padding, moved, between, step_m):
-    """Share of an edge that can be skipped without the robot touching itself; negative where it does.
+    """Return the share of an edge that can be skipped without the robot touching itself; negative if it does.
 
     between[p]: no point of one link of pair p moves further than this relative to the other on the whole edge.
     """
@@ -166,7 +168,7 @@ def _self_advance(spheres, robot, padding, moved, between, step_m):
 
 @njit(cache=True)
 def _motion_bounds(a, b, robot, reach, moved, between):
-    """Largest motion of any point of each link, and of each self pair's links relative to each other."""
+    """Write the largest motion of any point of each link, and of each self pair's links relative to each other."""
     dof = a.shape[0]
     for link in range(reach.shape[1]):
         moved[link] = 0.0
@@ -183,14 +185,14 @@ def _motion_bounds(a, b, robot, reach, moved, between):
 
 @njit(cache=True)
 def edge_collides(a, b, own, scene, scratch):
-    """Whether the robot touches anything on the straight joint-space edge from a to b, ends included.
+    """Check whether the robot touches anything on the straight joint-space edge from a to b, ends included.
 
     scene: opening, robot, world, `joint_reach` and step; scratch: see `scratch_for`.
     """
     width_m, robot, world, reach, step_m = scene
     q, spheres = scratch[0], scratch[3]
     dof = a.shape[0]
-    # What is in the way is most often wide: look at the middle and the ends first.
+    # Obstacles are usually wide: check the middle and the ends first.
     for t in (0.5, 1.0, 0.0):
         for d in range(dof):
             q[d] = a[d] + t * (b[d] - a[d])
@@ -218,7 +220,7 @@ def edge_collides(a, b, own, scene, scratch):
 
 @njit(cache=True)
 def edges_batch(starts, ends, width_m, own, robot, world, reach, step_m):
-    """Whether each edge collides."""
+    """Check whether each edge collides."""
     out = np.zeros(len(starts), np.bool_)
     scratch = scratch_for(robot)
     for i in range(len(starts)):

@@ -1,4 +1,4 @@
-"""Batched collision checks of arm configurations against a collision world."""
+"""Check arm configurations against a collision world in batches."""
 
 from dataclasses import dataclass, replace
 
@@ -31,7 +31,7 @@ class Contacts:
 
     @property
     def free(self) -> Bool[np.ndarray, "n"]:
-        """Touches nothing at all."""
+        """True where nothing at all is touched."""
         return (self.bits == 0) & ~self.static & ~self.self_collision
 
 
@@ -42,15 +42,15 @@ def blockers(
     width_m: Float[np.ndarray, "n"] | float,
     own_id: np.ndarray | int,
 ) -> Contacts:
-    """All that arm and gripper touch at each configuration.
+    """Return everything that arm and gripper touch at each configuration.
 
     The own object (the one to be grasped) counts less: voxels that it hides are ignored, its surface voxels
     are ignored for palm and fingers but not for the arm's links. Unknown voxels hidden by nothing that has an
     id, surface of no object, table and bin are static.
 
     Args:
-        world: what not to touch.
-        robot: description, or its arrays from `robot_arrays` where it is called often.
+        world: the obstacles.
+        robot: description, or its arrays from `robot_arrays` for frequent calls.
         qpos: radians; a row with NaN is reported as static and self collision.
         width_m: opening of the gripper.
         own_id: object to be grasped per configuration; negative for none.
@@ -67,7 +67,7 @@ def static_contacts(
     qpos: Float[np.ndarray, "n dof"],
     width_m: Float[np.ndarray, "n"] | float,
 ) -> Bool[np.ndarray, "n"]:
-    """Whether each configuration touches table, bin or the robot itself; voxels are not looked at."""
+    """Check whether each configuration touches table, bin or the robot itself; voxels are ignored."""
     arrays = _arrays(robot)
     q, width, own = _batch(arrays, qpos, width_m, -1)
     return contacts_batch(q, width, own, arrays, world_arrays(world), True, False)[1] != 0
@@ -80,7 +80,7 @@ def self_contacts(
     width_m: Float[np.ndarray, "n"] | float,
     attached: Float[np.ndarray, "a 4"] | None = None,
 ) -> Bool[np.ndarray, "n"]:
-    """Whether the robot, with attached spheres (see `collides`), touches itself at each configuration."""
+    """Check whether the robot, with attached spheres (see `collides`), touches itself at each configuration."""
     arrays = with_attached(_arrays(robot), attached)
     q, width, own = _batch(arrays, qpos, width_m, -1)
     return (contacts_batch(q, width, own, arrays, world_arrays(world), False, False)[1] & SELF) != 0
@@ -93,11 +93,11 @@ def attached_contacts(
     width_m: float,
     attached: Float[np.ndarray, "a 4"],
 ) -> Bool[np.ndarray, "a"]:
-    """Which attached spheres (see `collides`) touch table, bin or the robot at one configuration.
+    """Return which attached spheres (see `collides`) touch table, bin or the robot at one configuration.
 
-    Voxels are not looked at. All do where the robot itself touches one of these.
+    Voxels are ignored. All spheres count as touching if the robot itself touches one of these.
     """
-    arrays = _arrays(robot)  # a robot per sphere: few places need this
+    arrays = _arrays(robot)  # a robot per sphere: rarely needed
     touching = [
         static_contacts(world, with_attached(arrays, sphere[None]), qpos[None], width_m)[0]
         for sphere in attached
@@ -113,7 +113,7 @@ def collides(
     ignore_id: int = -1,
     attached: Float[np.ndarray, "a 4"] | None = None,
 ) -> Bool[np.ndarray, "n"]:
-    """Whether each configuration touches anything; ignore_id as own_id of `blockers`.
+    """Check whether each configuration touches anything; ignore_id as own_id of `blockers`.
 
     attached: spheres (x, y, z, radius) in the tool0 frame that move with the gripper, e.g. a held object.
     Like the gripper, they ignore the voxels of ignore_id. They must not touch the robot itself either.
@@ -133,7 +133,7 @@ def edges_collide(
     ignore_id: int = -1,
     attached: Float[np.ndarray, "a 4"] | None = None,
 ) -> Bool[np.ndarray, "n"]:
-    """Whether anything is touched on each straight joint-space edge, ends included (see CollisionConfig)."""
+    """Check whether anything is touched on each straight joint-space edge, ends included (see CollisionConfig)."""
     arrays = with_attached(_arrays(robot), attached)
     a, width, own = _batch(arrays, starts, width_m, ignore_id)
     b = _batch(arrays, ends, width_m, ignore_id)[0]
@@ -154,10 +154,10 @@ def carved(
     attached: Float[np.ndarray, "a 4"] | None = None,
     only_id: int = -1,
 ) -> CollisionWorld:
-    """The world without the voxels that the robot touches at one configuration.
+    """Return the world without the voxels that the robot touches at one configuration.
 
     For places where the robot is known to be, or allowed to be. The robot is grown by its paddings and a margin,
-    attached spheres by half of it: they are larger than what they stand for already. only_id: remove only this
+    attached spheres by half of it: they are already larger than what they stand for. only_id: remove only this
     object's voxels.
     """
     arrays = with_attached(_arrays(robot), attached)
@@ -177,7 +177,7 @@ def carved(
 
 
 def robot_arrays(robot: RobotDescription) -> RobotArrays:
-    """The robot for the compiled checks; build it once where configurations come one at a time."""
+    """Return the robot for the compiled checks; build it once if configurations come one at a time."""
     arm, model = robot.arm, robot.spheres
     dof = len(arm.joint_names)
     order = np.argsort(model.link, kind="stable")
@@ -203,10 +203,10 @@ def robot_arrays(robot: RobotDescription) -> RobotArrays:
 
 
 def with_attached(arrays: RobotArrays, attached: Float[np.ndarray, "a 4"] | None) -> RobotArrays:
-    """The robot with spheres (x, y, z, radius; tool0 frame) attached to its gripper.
+    """Return the robot with spheres (x, y, z, radius; tool0 frame) attached to its gripper.
 
-    They can touch the robot's fixed parts and all links of the arm but the last: that one, like the gripper, never
-    moves relative to what is held.
+    They can touch the robot's fixed parts and all links of the arm but the last, which, like the gripper, never moves
+    relative to the held object.
     """
     if attached is None or len(attached) == 0:
         return arrays
@@ -223,7 +223,7 @@ def with_attached(arrays: RobotArrays, attached: Float[np.ndarray, "a 4"] | None
 
 
 def world_arrays(world: CollisionWorld) -> WorldArrays:
-    """The world for the compiled checks."""
+    """Return the world for the compiled checks."""
     c = world.config
     padding = np.array(
         [
@@ -247,7 +247,7 @@ def world_arrays(world: CollisionWorld) -> WorldArrays:
 
 
 def _around(centers: Float[np.ndarray, "s 3"], radii: Float[np.ndarray, "s"]) -> Float[np.ndarray, "4"]:
-    """A sphere around spheres; zero where there are none."""
+    """Return a sphere around spheres; zero if there are none."""
     if len(radii) == 0:
         return np.zeros(4)
     r = radii[:, None]
@@ -262,7 +262,7 @@ def _arrays(robot: RobotDescription | RobotArrays) -> RobotArrays:
 def _batch(
     arrays: RobotArrays, qpos: np.ndarray, width_m: np.ndarray | float, own_id: np.ndarray | int
 ) -> tuple[np.ndarray, np.ndarray, UInt64[np.ndarray, "n"]]:
-    """Contiguous configurations, widths, and own ids as bits."""
+    """Return contiguous configurations, widths, and own ids as bits."""
     q = kernel_array(qpos)
     dof = len(arrays.axes)
     if q.ndim != 2 or q.shape[1] != dof:

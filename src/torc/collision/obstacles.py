@@ -1,8 +1,8 @@
-"""The world as arrays, and one sphere against it, compiled.
+"""Check one sphere against the world as arrays, compiled.
 
 The distance field at a sphere's centre gives a lower bound on the distance to the nearest occupied voxel's
 cube; only where that bound is below the radius are the voxels in reach compared, cube by cube, and even there
-the distance field tells how many voxels of a column can be skipped.
+the distance field says how many voxels of a column can be skipped.
 """
 
 from typing import NamedTuple
@@ -13,7 +13,7 @@ from numba import njit
 STATIC, SELF = 1, 2
 """Flags beside the bits of touched objects."""
 BLOCK = 4
-"""Edge of the blocks whose owners are summed up, in voxels."""
+"""Edge of the blocks whose owners are combined, in voxels."""
 _SURFACE, _UNKNOWN = 1, 2
 _HALF_DIAGONAL = 0.8660254037844387
 
@@ -40,7 +40,7 @@ class WorldArrays(NamedTuple):
 
 @njit(cache=True)
 def voxel_bound(x, y, z, world):
-    """Lower bound on the distance from a point to the nearest occupied voxel's cube."""
+    """Return a lower bound on the distance from a point to the nearest occupied voxel's cube."""
     h, (nx, ny, nz) = world.voxel_size_m, world.kind.shape
     i, out_x, in_x = _along_axis((x - world.origin[0]) / h, nx)
     j, out_y, in_y = _along_axis((y - world.origin[1]) / h, ny)
@@ -51,7 +51,7 @@ def voxel_bound(x, y, z, world):
 
 @njit(cache=True)
 def _along_axis(g, n):
-    """Voxel nearest to a coordinate, in voxels; squared distances to the grid and from there to the voxel's centre."""
+    """Return the voxel nearest to a coordinate, in voxels; squared distances to the grid and on to the voxel's centre."""
     clamped = min(max(g, 0.0), float(n))
     i = min(int(clamped), n - 1)
     return i, (g - clamped) ** 2, (clamped - i - 0.5) ** 2
@@ -59,7 +59,7 @@ def _along_axis(g, n):
 
 @njit(cache=True)
 def sum_up_blocks(kind, bits):
-    """(block_bits, block_static) of a grid, see WorldArrays."""
+    """Return (block_bits, block_static) of a grid, see WorldArrays."""
     nx, ny, nz = kind.shape
     shape = ((nx + BLOCK - 1) // BLOCK, (ny + BLOCK - 1) // BLOCK, (nz + BLOCK - 1) // BLOCK)
     block_bits = np.zeros((shape[0], shape[1], shape[2], 2), np.uint64)
@@ -78,7 +78,7 @@ def sum_up_blocks(kind, bits):
 
 @njit(cache=True)
 def _voxels_of_block(a, b, c, g, r2, world, own, own_surface_counts, bits, flags, first_only):
-    """(bits, flags) with those of the voxels of one block added whose cubes the sphere touches; g, r2 in voxels."""
+    """Add the bits and flags of the voxels of one block whose cubes the sphere touches; g, r2 in voxels."""
     nx, ny, nz = world.kind.shape
     for i in range(a * BLOCK, min(nx, (a + 1) * BLOCK)):
         dx = max(i - g[0], g[0] - i - 1.0, 0.0)
@@ -107,19 +107,19 @@ def _voxels_of_block(a, b, c, g, r2, world, own, own_surface_counts, bits, flags
 
 @njit(cache=True)
 def _blocks_between(low, high, count):
-    """First and one past the last block of a row of count blocks that meet an interval given in voxels."""
+    """Return the first and one past the last block of a row of count blocks that meet an interval in voxels."""
     return max(0, int(np.floor(low / BLOCK))), min(count, int(np.floor(high / BLOCK)) + 1)
 
 
 @njit(cache=True)
 def _outside(x, block):
-    """How far x lies outside a block along one axis, in voxels."""
+    """Return how far x lies outside a block along one axis, in voxels."""
     return max(block * BLOCK - x, x - (block + 1) * BLOCK, 0.0)
 
 
 @njit(cache=True)
 def voxels_touched(x, y, z, radius, world, own, own_surface_counts, bits, flags, first_only):
-    """(bits, flags) with those of the occupied voxels added whose cubes a sphere touches.
+    """Add the bits and flags of the occupied voxels whose cubes a sphere touches; return (bits, flags).
 
     own: bits to ignore. Blocks that cannot add anything new are left out.
     """
@@ -150,7 +150,7 @@ def voxels_touched(x, y, z, radius, world, own, own_surface_counts, bits, flags,
 
 @njit(cache=True)
 def box_distance(x, y, z, boxes):
-    """Distance from a point to the nearest box; 0 within one, 1e9 if there is none."""
+    """Return the distance from a point to the nearest box; 0 within one, 1e9 if there is none."""
     nearest = 1e18
     for b in range(boxes.shape[0]):
         dx = max(boxes[b, 0] - x, x - boxes[b, 3], 0.0)

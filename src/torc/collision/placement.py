@@ -1,4 +1,4 @@
-"""The robot as arrays, and where its spheres are: compiled forward kinematics."""
+"""Hold the robot as arrays, and place its spheres by compiled forward kinematics."""
 
 from typing import NamedTuple
 
@@ -56,7 +56,7 @@ def _rotate(T, u, angle, out):
 
 @njit(cache=True)
 def forward(q, robot, Ts, scratch):
-    """Poses (3 by 4) of all links at q into Ts; Ts[dof] is tool0."""
+    """Write poses (3 by 4) of all links at q to Ts; Ts[dof] is tool0."""
     dof = q.shape[0]
     for i in range(dof):
         _compose(robot.base if i == 0 else Ts[i - 1], robot.parents[i], scratch)
@@ -66,7 +66,7 @@ def forward(q, robot, Ts, scratch):
 
 @njit(cache=True)
 def _tool0_from_finger(robot, width_m, point, shift, out):
-    """A finger's point (TCP frame, opening 0) in the tool0 frame at an opening."""
+    """Write a finger's point (TCP frame, opening 0) in the tool0 frame at an opening."""
     s = min(max(width_m / robot.tcp_step_m, 0.0), robot.tcps.shape[0] - 1.0)
     k = min(int(s), robot.tcps.shape[0] - 2)
     s -= k
@@ -80,8 +80,7 @@ def _tool0_from_finger(robot, width_m, point, shift, out):
 
 @njit(cache=True)
 def place_spheres(q, width_m, robot, scratch):
-    """World centres of the robot's spheres at q, and after them those of the spheres around each link, into
-    scratch[3]."""
+    """Write world centres of the robot's spheres at q, then those of the spheres around each link, to scratch[3]."""
     dof = q.shape[0]
     _, Ts, product, out = scratch
     forward(q, robot, Ts, product)
@@ -107,14 +106,16 @@ def place_spheres(q, width_m, robot, scratch):
 
 @njit(cache=True)
 def scratch_for(robot):
-    """Memory for the checks: a configuration, the poses of all links, a product, and the rows of place_spheres."""
+    """Allocate memory for the checks: a configuration, the poses of all links, a product, and the rows of
+    place_spheres.
+    """
     dof, rows = robot.axes.shape[0], robot.radii.shape[0] + robot.link_start.shape[0] - 1
     return np.empty(dof), np.empty((dof + 1, 3, 4)), np.empty((3, 4)), np.empty((rows, 3))
 
 
 @njit(cache=True)
 def joint_reach(robot, width_m):
-    """[joint, link]: the largest distance from the joint's axis that a point of the link can have; 0 if unmoved."""
+    """Return [joint, link]: the largest distance from the joint's axis that a point of the link can have; 0 if unmoved."""
     dof, links = robot.axes.shape[0], robot.link_start.shape[0] - 1
     reach = np.zeros((dof, links))
     local = np.empty(3)

@@ -1,1 +1,1 @@
-"""The loop of look, decide, plan, execute; its events, and what becomes of them: log, pictures, video."""
+"""Run the loop of look, decide, plan, execute; record its events as log, pictures and video."""

@@ -1,4 +1,4 @@
-"""What happens during an episode, as it happens. A listener is any callable that takes an event."""
+"""The events of an episode, as they happen. A listener is any callable that takes an event."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -11,9 +11,13 @@ from torc.records import Decision, PickOutcome, PickPlan, PlanFailure
 
 @dataclass(frozen=True)
 class Started:
-    """The episode begins. Only simulators know `names` of the objects by id, and which are `absent` because they fell
-    off the table before the first pick; `vlm` is the model that the planner asks, as on the command line; `guard` says,
-    of a real robot, what happens when it touches something.
+    """The episode begins.
+
+    Attributes:
+        names: of the objects by id; only simulators know them.
+        absent: objects that fell off the table before the first pick; only simulators know them.
+        vlm: the model that the planner asks, as on the command line.
+        guard: what happens when a real robot touches something.
     """
 
     problem: str
@@ -29,7 +33,7 @@ class Started:
 
 @dataclass(frozen=True)
 class Looked:
-    """A snapshot was taken and understood. `state` is that before the pick, for those who may know all of it."""
+    """A snapshot was taken and understood. `state` is the full state before the pick."""
 
     pick: int
     look: Look
@@ -49,9 +53,7 @@ class Decided:
 
 @dataclass(frozen=True)
 class Planned:
-    """Motions were planned, or not. `ways`, of a real robot: the places of the TCP along each motion, world frame,
-    metres.
-    """
+    """Motions were planned, or not. `ways`, for a real robot: TCP positions along each motion, world frame, metres."""
 
     pick: int
     look: Look
@@ -71,8 +73,9 @@ class Executed:
 
 @dataclass(frozen=True)
 class Halted:
-    """A real robot was stopped within a pick, by itself, torc or a person. The pick has no result and does not count;
-    if somebody resumed, another look follows.
+    """A real robot was stopped within a pick, by itself, torc or a person.
+
+    The pick has no result and does not count; if somebody resumed, another look follows.
     """
 
     pick: int
@@ -87,7 +90,7 @@ class EpisodeResult:
         held_target: the target was held after the lift, which is the paper's own rule.
         outcomes: one per attempt.
         seconds: wall time by stage.
-        halts: why a real robot was stopped within a pick, each time.
+        halts: the reason for each stop of a real robot within a pick.
     """
 
     retrieved: bool
@@ -99,7 +102,7 @@ class EpisodeResult:
 
     @property
     def picks(self) -> int:
-        """Attempts used; failed ones count (as the paper's authors count)."""
+        """Attempts used, including failed ones (the authors' rule)."""
         return len(self.outcomes)
 
     @property

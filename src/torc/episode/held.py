@@ -1,4 +1,4 @@
-"""Looking at what was lifted, before it is brought: is it the target?"""
+"""Look at the lifted object before delivering it: is it the target?"""
 
 from dataclasses import dataclass, replace
 
@@ -13,8 +13,9 @@ from torc.registry.kinds import DEPTHS
 from torc.robots.description import RobotDescription
 
 SURE = 0.9
-"""From this probability on, what is in the hand is the target. Higher than even: a wrong object that is brought as the
-target ends the work, while a target that was not known is in the bin all the same."""
+"""From this probability on, the object in the hand counts as the target. It is above .5 because a wrong object that is
+delivered as the target ends the work, while an unrecognised target reaches the bin anyway.
+"""
 
 
 @dataclass
@@ -22,7 +23,7 @@ class HeldLook:
     """A `torc.robots.protocols.HeldCheck` for one pick: asks perception.
 
     Attributes:
-        p: what came of it; None as long as nobody asked, or where perception cannot tell.
+        p: the probability that it is the target; None until asked, or if perception cannot say.
     """
 
     pipeline: Pipeline
@@ -35,11 +36,11 @@ class HeldLook:
 
     @property
     def is_target(self) -> bool:
-        """By what was seen in the hand; else what it was believed to be."""
+        """True if the in-hand look says so; without one, if it was believed to be the target before."""
         return self.object_id == TARGET_ID if self.p is None else self.p >= SURE
 
     def __call__(self, observation: Observation, width_m: float) -> bool:
-        """Whether the object in the hand is the target. Raises PartError if perception or depth crashed."""
+        """Return whether the object in the hand is the target. Raises PartError if perception or depth crashed."""
         scene, pipeline = self.look.context.scene, self.pipeline
         then = scene.observation
         seen = replace(pipeline.measured(observation, self.rng), label_image=None)

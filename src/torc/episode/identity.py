@@ -1,4 +1,4 @@
-"""Perception's masks and ids against the simulator's: what each mask shows, and what is wrong with it."""
+"""Compare perception's masks and ids with the simulator's: what each mask shows, and what is wrong with it."""
 
 from dataclasses import dataclass
 
@@ -9,21 +9,21 @@ from torc.pipeline.look import Look
 from torc.records import MAX_OBJECTS, SegmentedScene
 
 _LEAST_SHARE = 0.25
-"""A mask of which no object has so much shows none; so much of an object is a part of it."""
+"""A mask shows no object if no object fills this share of it; a mask with this share of an object is a part of it."""
 _MOST_SHARE = 0.5
-"""Of an object: a mask that holds so much of it holds it."""
+"""A mask with this share of an object holds it."""
 _LEAST_PX = 60
-"""An object that shows less is not missed."""
+"""An object that shows fewer pixels than this is not missed."""
 
 
 @dataclass(frozen=True)
 class MaskFaults:
-    """What is wrong with the masks of a look, by the simulator's ids.
+    """The faults in the masks of a look, by the simulator's ids.
 
     Attributes:
         merged: objects that share a mask, most of each.
         split: objects that are in parts.
-        missed: objects in sight that have no mask to speak of.
+        missed: objects in sight without a mask that holds enough of them.
     """
 
     merged: tuple[int, ...] = ()
@@ -32,13 +32,13 @@ class MaskFaults:
 
 
 def true_ids(look: Look) -> dict[int, int]:
-    """As `shown_by`, of a look. Empty where perception was given the true labels, or nobody knows them."""
+    """Return `shown_by` for a look; empty if perception was given the true labels, or nobody knows them."""
     truth = _truth(look)
     return {} if truth is None else shown_by(look.context.scene, truth)
 
 
 def shown_by(scene: SegmentedScene, truth: Int16[np.ndarray, "h w"]) -> dict[int, int]:
-    """What most of each object's mask really shows, by perception's id; -1 for nothing that has an id."""
+    """Return which true object fills most of each object's mask, by perception's id; -1 for nothing with an id."""
     shared, sizes = (
         _shared(scene, truth),
         np.bincount(scene.label_image[scene.label_image >= 0].astype(np.int64)),
@@ -49,7 +49,7 @@ def shown_by(scene: SegmentedScene, truth: Int16[np.ndarray, "h w"]) -> dict[int
 
 
 def mask_faults(look: Look) -> MaskFaults | None:
-    """What is wrong with the masks of a look; None as `true_ids` is empty."""
+    """Return the faults in the masks of a look; None where `true_ids` is empty."""
     truth = _truth(look)
     if truth is None:
         return None
@@ -71,7 +71,7 @@ def _truth(look: Look) -> Int16[np.ndarray, "h w"] | None:
 
 
 def _shared(scene: SegmentedScene, truth: Int16[np.ndarray, "h w"]) -> Int64[np.ndarray, "ids ids"]:
-    """Pixels that each mask (rows, perception's id) has of each object (columns)."""
+    """Return how many pixels each mask (rows, perception's id) has of each object (columns)."""
     both = (scene.label_image >= 0) & (truth >= 0)
     cells = scene.label_image[both].astype(np.int64) * MAX_OBJECTS + truth[both]
     return np.bincount(cells, minlength=MAX_OBJECTS**2).reshape(MAX_OBJECTS, MAX_OBJECTS)

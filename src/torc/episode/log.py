@@ -1,8 +1,8 @@
-"""The lines of events.jsonl and result.json: one schema that writes them and reads them.
+"""The lines of events.jsonl and result.json: one schema writes and reads them.
 
-What is read may come from a stranger, or from an older version of torc: every line is checked, and what is younger has
-a default. Each line but the results is of the event or record of that name. Wall times stand under keys named "seconds"
-only: without those, logs can be compared.
+A file may come from a stranger or an older version of torc, so every line is checked, and newer entries have a default.
+Each line except the results records the event or record of that name. Wall times appear only under keys named
+"seconds": without those, logs can be compared.
 """
 
 import hashlib
@@ -64,7 +64,7 @@ class Line(BaseModel):
 
     @property
     def plain(self) -> dict[str, Any]:
-        """The line as it is written: JSON-compatible, without what was never set."""
+        """The line as written: JSON-compatible, without what was never set."""
         return self.model_dump(mode="json", exclude_unset=True)
 
 
@@ -142,7 +142,7 @@ class PlannedLine(Line):
 
 
 class ExecutedLine(Line):
-    """`events.Executed`. Logs of older trials do not say what the robot felt."""
+    """`events.Executed`. Older logs do not say what the robot felt."""
 
     event: Literal["executed"]
     pick: _Pick
@@ -164,12 +164,12 @@ class ExecutedLine(Line):
 
     @property
     def meant_id(self) -> int:
-        """As `PickOutcome.meant_id`."""
+        """See `PickOutcome.meant_id`."""
         return self.object_id if self.true_id is None else self.true_id
 
     @property
     def felt_result(self) -> str:
-        """What the robot took it for."""
+        """The result as the robot felt it."""
         return self.felt.result if self.felt is not None else self.result
 
 
@@ -200,7 +200,7 @@ class EndedLine(ResultFacts):
 
 
 class VlmUse(Line):
-    """What the model of a trial took. A sum is None unless every reply told its part; `cost` also without prices."""
+    """What the model of a trial used. A sum is None unless every reply reported its part; `cost` also without prices."""
 
     calls: _Count | None = None
     tokens_sent: _Count | None = None
@@ -221,7 +221,7 @@ class TrialResult(ResultFacts):
         bound: how sure an oracle is that its picks are the fewest.
         target_absent: the problem has no target.
 
-    Other entries, e.g. of a real robot, are kept as they are (`model_extra`).
+    Other entries, e.g. of a real robot, are kept unchanged (`model_extra`).
     """
 
     model_config = ConfigDict(frozen=True, extra="allow")
@@ -240,12 +240,12 @@ class TrialResult(ResultFacts):
 
     @property
     def completed(self) -> bool:
-        """The trial counts."""
+        """True if the trial counts."""
         return self.status == "completed"
 
     @property
     def summary(self) -> dict[str, Any]:
-        """What a list of trials shows of it."""
+        """The entries that a list of trials shows."""
         return self.model_dump(include={"status", "retrieved", "end", "picks", "drops", "error"})
 
 
@@ -258,7 +258,7 @@ EVENT_LINE: TypeAdapter[EventLine] = TypeAdapter(EventLine)
 
 
 def line_of(event: Event) -> EventLine:
-    """The line that records an event."""
+    """Return the line that records an event."""
     match event:
         case Started():
             return StartedLine(event="started", **_set(vars(event), "guard"))
@@ -279,7 +279,7 @@ def line_of(event: Event) -> EventLine:
 
 
 def result_facts(result: EpisodeResult) -> dict[str, Any]:
-    """Fields of `ResultFacts` for an episode."""
+    """Return the fields of `ResultFacts` for an episode."""
     executed = [o for o in result.outcomes if o.result.grasp_tried]
     return {
         "retrieved": result.retrieved,
@@ -297,7 +297,7 @@ def result_facts(result: EpisodeResult) -> dict[str, Any]:
 
 
 def without_seconds(value: Any) -> Any:
-    """A log line without its wall times: what must be identical when a trial is run again."""
+    """Return a log line without its wall times: what must be identical when a trial is run again."""
     if isinstance(value, Mapping):
         return {k: without_seconds(v) for k, v in value.items() if k != "seconds"}
     if isinstance(value, list | tuple):
@@ -306,7 +306,7 @@ def without_seconds(value: Any) -> Any:
 
 
 def digest(*arrays: np.ndarray) -> str:
-    """Short fingerprint of arrays, bit for bit: shows whether two runs saw and did the same."""
+    """Return a short fingerprint of arrays, bit for bit; equal if two runs saw and did exactly the same."""
     sha = hashlib.sha256()
     for array in arrays:
         sha.update(np.ascontiguousarray(array).tobytes())
@@ -366,7 +366,7 @@ def _planned_line(event: Planned) -> PlannedLine:
 
 
 def _set(facts: Mapping[str, Any], *optional: str, without: tuple[str, ...] = ()) -> dict[str, Any]:
-    """Facts for a line; `optional` ones only where they say something, for which 0 counts."""
+    """Return facts for a line; `optional` ones only if they are set, where 0 counts as set."""
     silent = [k for k in optional if facts[k] is None or facts[k] is False or facts[k] in ("", {})]
     return {k: v for k, v in facts.items() if k not in silent and k not in without}
 

@@ -1,4 +1,4 @@
-"""The episode: one pick after another until the target is out (paper: A Modular Pipeline)."""
+"""Play an episode: one pick after another until the target is out (paper: A Modular Pipeline)."""
 
 from collections.abc import Callable, Sequence
 
@@ -17,7 +17,7 @@ from torc.task_planning.checked_decisions import ask_planner, rehearse_planner
 from torc.task_planning.protocol import TaskPlanner
 
 Resume = Callable[[PickHaltedError], None]
-"""Has a person look after a robot that was stopped. Raises the error, or another, if the episode must not go on."""
+"""Asks a person to attend to a stopped robot. Raises the error, or another, if the episode must not go on."""
 
 
 class Episode:
@@ -41,8 +41,9 @@ class Episode:
         self._halts: list[str] = []
 
     def rehearse(self, planner: TaskPlanner | None = None) -> Look:
-        """Use every kernel of the parts once, on a made-up scene, whose look is returned: whatever is compiled or
-        loaded now takes no planning time later.
+        """Run every kernel of the parts once on a made-up scene, and return its look.
+
+        What is compiled or loaded now takes no planning time later.
         """
         steps = self.steps
         look = rehearse_look(steps.system.pipeline, steps.robot.description.arm.rest_qpos)
@@ -53,7 +54,7 @@ class Episode:
         return look
 
     def look(self) -> Look | None:
-        """The look before the next pick; None if the episode has ended. Raises TorcError if a part failed."""
+        """Return the look before the next pick; None if the episode has ended. Raises TorcError if a part failed."""
         if self.end is None and self.state.pick >= self.steps.config.max_picks:
             self.end = EndReason.BUDGET_SPENT
         if self.end is not None:
@@ -65,7 +66,9 @@ class Episode:
         return look
 
     def decide(self, planner: TaskPlanner, look: Look) -> Decision:
-        """A planner's decision about the latest look. Raises PlannerError if it crashed, or decided nothing usable."""
+        """Return a planner's decision about the latest look. Raises PlannerError if it crashed or its answer is not
+        valid.
+        """
         pick = self.state.pick
         with self.steps.clock.stage("decide") as lap:
             decision = ask_planner(planner, look.context, stage_rng(self.steps.config.seed, pick, "decide"))
@@ -73,17 +76,21 @@ class Episode:
         return decision
 
     def plan(self, look: Look, decision: Decision) -> PickPlan | PlanFailure | PickOutcome:
-        """The motions that `pick` would execute, why there are none, or the lost pick if the decision cannot be
-        tried. Nothing moves.
+        """Return the motions that `pick` would execute, or why there are none; a lost pick if the decision cannot be
+        tried.
+
+        Nothing moves.
         """
         choice = checked_choice(look, decision)
         return choice if isinstance(choice, PickOutcome) else self.steps.plan(self.state, look, choice)
 
     def pick(self, look: Look, decision: Decision) -> None:
-        """Carry out a decision about the latest look. One that cannot be tried is a lost pick; giving up is none.
+        """Carry out a decision about the latest look. One that cannot be tried is a lost pick; giving up is not a pick.
 
-        Raises PickHaltedError if the robot was stopped: the pick does not count, and another look may follow. Raises
-        PhysicsError if the simulation broke, and another TorcError if another part failed.
+        Raises:
+            PickHaltedError: the robot was stopped; the pick does not count, and another look may follow.
+            PhysicsError: the simulation broke.
+            TorcError: another part failed.
         """
         if decision.give_up:
             self.end = EndReason.GAVE_UP
@@ -97,7 +104,7 @@ class Episode:
         self.end = self.state.end
 
     def result(self) -> EpisodeResult:
-        """The outcome. Raises ValueError while the episode goes on."""
+        """Return the outcome. Raises ValueError while the episode goes on."""
         if self.end is None:
             raise ValueError("The episode has not ended.")
         outcomes = self.state.outcomes
@@ -117,10 +124,13 @@ def run_episode(
     """Pick until the target is retrieved or lost, the budget is spent, or nothing is left to try.
 
     Args:
+        episode: the episode, before its first look.
+        planner: decides each pick.
         started: the first event.
         resume: called after a halt; without it the halt is raised.
 
-    Raises the TorcErrors of the parts: the trial is errored and has no result.
+    Raises:
+        TorcError: a part failed; the trial is errored and has no result.
     """
     episode.steps.tell(started)
     while (look := episode.look()) is not None:

@@ -25,17 +25,21 @@ POINT_UNIT_M = 0.001
 MAX_UNPACKED_BYTES = 64 * 2**20
 MAX_GRID = 2048
 LIKELY = DEFAULT_MIN_SCORE
-"""A grasp is called likely from this probability of success on."""
+"""From this probability of success on, a grasp is called likely."""
 _Id = Annotated[int, Field(ge=0, lt=MAX_OBJECTS)]
 _IdText = Annotated[str, Field(pattern=r"^\d{1,2}$")]
 
 
 @dataclass(frozen=True)
 class ObjectView:
-    """What is known of one visible object: how many of its grasps have each GraspStatus (name in lower case) and how
-    many each other object blocks (by id as text), zeros left out; the probability of its best valid grasp; the unseen
-    volume that it hides; how many of its blocked grasps are LIKELY to succeed once nothing blocks them (None in files
-    that older versions wrote).
+    """What is known of one visible object.
+
+    Attributes:
+        statuses: how many of its grasps have each GraspStatus (name in lower case), zeros left out.
+        blockers: how many of its grasps each other object blocks (id as text), zeros left out.
+        best_score: the probability of its best valid grasp.
+        hidden_volume_m3: the unseen volume that it hides.
+        likely_if_free: how many of its blocked grasps are LIKELY to succeed once unblocked; None in older files.
     """
 
     id: _Id
@@ -49,8 +53,9 @@ class ObjectView:
 
 @dataclass(frozen=True)
 class CloudView:
-    """Part of the surface points, evenly thinned: world frame, in steps of POINT_UNIT_M; their colors; the object id
-    of each, or BACKGROUND.
+    """Part of the surface points, evenly thinned: world frame, in steps of POINT_UNIT_M; their colors and object ids
+    (or
+    BACKGROUND).
     """
 
     points: Int16[np.ndarray, "n 3"]
@@ -60,7 +65,7 @@ class CloudView:
 
 @dataclass(frozen=True)
 class UnseenView:
-    """The index of each voxel that no snapshot has seen, and for each the row of `hiders`: the different masks of
+    """The index of each voxel that no snapshot has seen, and for each the row in `hiders`, the distinct masks of
     `OcclusionVolume.hidden_by`.
     """
 
@@ -72,7 +77,7 @@ class UnseenView:
 
 @dataclass(frozen=True)
 class GraspView:
-    """The best grasps of each object, valid ones first; as in `GraspSet`, and the GraspStatus of each."""
+    """The best grasps of each object, valid ones first, as in `GraspSet`, with their GraspStatus."""
 
     Ts_world_tcp: Float32[np.ndarray, "g 4 4"]
     widths_m: Float32[np.ndarray, "g"]
@@ -83,9 +88,7 @@ class GraspView:
 
 @dataclass(frozen=True)
 class PickView:
-    """One pick as the task planner sees it: objects by rising id; `graph` is the dependency graph by geometry, as
-    `DependencyGraph.to_dict` makes it.
-    """
+    """One pick as the task planner sees it: objects by rising id; `graph` is `DependencyGraph.to_dict` by geometry."""
 
     label_image: Int8[np.ndarray, "h w"]
     K: Float[np.ndarray, "3 3"]
@@ -103,7 +106,7 @@ _GRID = TypeAdapter(tuple[Annotated[float, Field(gt=0.0, lt=1.0)], _SIZE, _SIZE,
 
 
 def view_of(context: PlanningContext) -> PickView:
-    """What there is to see. The same context gives the same view; nothing is drawn at random."""
+    """Return the view of a context. Equal contexts give equal views; nothing is drawn at random."""
     observation = context.scene.observation
     return PickView(
         label_image=context.scene.label_image.astype(np.int8),
@@ -148,12 +151,12 @@ def _cloud(context: PlanningContext) -> CloudView:
     o, (height, width) = scene.observation, scene.label_image.shape
     cols, rows, _ = project(points, o.K, o.T_world_camera)
     row, col = np.clip(np.rint(rows), 0, height - 1), np.clip(np.rint(cols), 0, width - 1)
-    rgb = o.rgb[row.astype(int), col.astype(int)]  # where each point, seen by the camera, lies in the image
+    rgb = o.rgb[row.astype(int), col.astype(int)]  # the pixel in which the camera saw each point
     return CloudView(np.rint(points / POINT_UNIT_M).astype(np.int16), rgb, ids)
 
 
 def _thinned(rows: np.ndarray, most: int) -> np.ndarray:
-    """Every n-th row, so that at most that many are left."""
+    """Return every n-th row, so that at most `most` are left."""
     return rows[:: max(1, -(-len(rows) // most))]
 
 
@@ -181,8 +184,10 @@ def _grasps(context: PlanningContext) -> GraspView:
 
 
 def load_view(path: Path) -> PickView:
-    """The view that `save_record` wrote. Raises InputError if it is missing, damaged, too large, or its arrays do not
-    fit each other: it may come from a stranger.
+    """Read the view that `save_record` wrote.
+
+    Raises InputError if it is missing, damaged, too large, or its arrays do not fit each other: it may come from a
+    stranger.
     """
     view = load_checked(path, PickView, MAX_UNPACKED_BYTES, "view of a pick")
     grid, hider, hiders = view.unseen.grid, view.unseen.hider, view.unseen.hiders

@@ -1,5 +1,6 @@
-"""What privileged parts of a trial may know and try: the true present, and what would come of picks. A part that has a
-method `attach` is given a `Simulation` before the first pick; on a real robot there is none.
+"""What privileged parts of a trial may know and try: the true present, and the outcomes of picks.
+
+A part with a method `attach` receives a `Simulation` before the first pick; a real robot has none.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -26,21 +27,22 @@ from torc.sim.visibility import Visibility, measure_visibility
 
 @dataclass(frozen=True)
 class SimulatedState:
-    """Between two picks: all that decides what can follow."""
+    """Everything between two picks that decides what can follow."""
 
     robot: RobotState
     episode: EpisodeState
 
     def same_as(self, other: "SimulatedState") -> bool:
-        """Whether as many picks have led to the same world, bit for bit."""
+        """Check whether an equal number of picks led to the same world, bit for bit."""
         same_picks = self.episode.outcomes == other.episode.outcomes
         return same_picks and np.array_equal(self.robot.world, other.robot.world)
 
 
 @dataclass(frozen=True)
 class Truth:
-    """What no picture tells: how much of each object the camera could see and what hides the rest, and (upper, lower)
-    pairs of objects.
+    """What no picture shows: how much of each object the camera could see and what hides the rest, and (upper, lower)
+    pairs
+    of objects.
     """
 
     visibility: Visibility
@@ -48,53 +50,57 @@ class Truth:
 
 
 class Sandbox:
-    """A world of its own in which an episode can be carried on from any state, as the trial would carry it on."""
+    """A separate world in which an episode can continue from any state, as the trial would continue it."""
 
     def __init__(self, robot: SimulatedRobot, steps: Steps, built: RobotState | None = None) -> None:
-        """robot: the one that the steps use, in a world as it was built, unless that state is given; nobody else should
-        use it.
+        """Wrap a robot and the steps that use it; nobody else should use the robot.
+
+        Its world must be as built, unless `built` gives that state.
         """
         self._robot, self._steps = robot, steps
         self._built = robot.save() if built is None else built
 
     @property
     def absent(self) -> bool:
-        """The target is not there."""
+        """True if the problem has no target."""
         return self._robot.world.problem.absent
 
     def now(self, state: SimulatedState) -> SimulatedState:
-        """The state of the episode with the world as it is at the moment."""
+        """Return the state of the episode with the world as it is now."""
         return replace(state, robot=self._robot.save())
 
     def with_draws(self, seed: int) -> "Sandbox":
-        """The same world, where all that is drawn in looking and planning is drawn by another seed. They take turns."""
+        """Return a sandbox on this world whose looks and plans draw with another seed. Use the two in turns."""
         config = replace(self._steps.config, seed=seed)
         return Sandbox(
             self._robot, Steps(self._robot, self._steps.system, self._steps.wanted, config), self._built
         )
 
     def begin(self) -> SimulatedState:
-        """Before the first pick, as a trial begins. Raises InputError if the target does not stay on the table, and
-        PhysicsError if the simulation broke.
+        """Return the state before the first pick, as a trial begins.
+
+        Raises InputError if the target does not stay on the table, and PhysicsError if the simulation broke.
         """
         self._robot.restore(self._built)
         self._robot.take_over()
         return SimulatedState(self._robot.save(), first_state(self._robot.world.workspace.grid))
 
     def look(self, state: SimulatedState) -> Look:
-        """What the robot would see; the picture may be black."""
+        """Return what the robot would see; the picture may be black."""
         self._robot.restore(state.robot)
         return self._steps.look(state.episode)
 
     def truth(self, state: SimulatedState) -> Truth:
-        """Who hides whom, and who lies on whom."""
+        """Return who hides whom, and who lies on whom."""
         self._robot.restore(state.robot)
         world = self._robot.world
         return Truth(measure_visibility(world, world.workspace.camera), lies_on(world))
 
     def nowhere(self, state: SimulatedState, context: PlanningContext) -> bool:
-        """Whether it is certain that the target is not there: it is not, and nobody who knew the shapes of all objects
-        could think of a place for it in what is still unseen.
+        """Check whether the target is certainly absent.
+
+        True if it is, and someone who knew the shapes of all objects could find no place for it in what is still
+        unseen.
         """
         self._robot.restore(state.robot)
         world = self._robot.world
@@ -105,26 +111,28 @@ class Sandbox:
         return places_left(unseen, world.models[TARGET_ID], grid.voxel_size_m) == 0
 
     def pick(self, state: SimulatedState, look: Look, object_id: int | None) -> SimulatedState:
-        """The state after a pick, where `look` is the look before it; None lets the pick pass. Raises PhysicsError."""
+        """Return the state after a pick, given the look before it; None lets the pick pass. Raises PhysicsError."""
         self._robot.restore(state.robot)
         episode = self._steps.attempt(state.episode, look, Decision(object_id, "to see what comes of it"))
         return SimulatedState(self._robot.save(), episode)
 
     def look_without(self, state: SimulatedState, object_ids: Iterable[int]) -> Look:
-        """What the robot would see if these objects were gone: about what it sees after picking them. Raises
+        """Return what the robot would see if these objects were gone, approximately as after picking them. Raises
         PhysicsError.
         """
         gone = sorted(object_ids)
         self._take_away(state, gone)
-        # As many picks later, so that the random draws are those of the look then.
+        # Count the picks as made, so that the random draws are those of the look then.
         picked = tuple(PickOutcome(PickResult.REMOVED, k, k, True, True) for k in gone)
         return self._steps.look(replace(state.episode, outcomes=state.episode.outcomes + picked))
 
     def looks_without(
         self, state: SimulatedState, object_ids: Iterable[int], seeds: Iterable[int]
     ) -> Iterator[Look]:
-        """What the robot would see if these objects were gone, once with the grasps that each seed draws: the same ones
-        whatever is gone. All looks are at one picture, taken when the first one is asked for. Raises PhysicsError.
+        """Yield what the robot would see if these objects were gone, once with the grasps that each seed draws.
+
+        A seed draws alike whatever is gone. All looks use one picture, taken when the first is requested. Raises
+        PhysicsError.
         """
         self._take_away(state, sorted(object_ids))
         yield from self._steps.looks(state.episode, seeds)
@@ -135,14 +143,14 @@ class Sandbox:
 
 
 class Simulation:
-    """A trial in progress, as its privileged parts know it; picks can be tried in its `sandbox`. It is one of the
-    trial's listeners.
+    """A trial in progress, for its privileged parts; they can try picks in its `sandbox`. It is one of the trial's
+    listeners.
     """
 
     def __init__(
         self, robot: SimulatedRobot, sandbox: Sandbox, config: EpisodeConfig, say: Callable[[str], None]
     ) -> None:
-        """robot: the trial's own, not the sandbox's; `say` is for progress, a line at a time."""
+        """Take the trial's own robot, not the sandbox's; `say` is for progress, a line at a time."""
         self.problem, self.sandbox, self.config, self.say = robot.world.problem, sandbox, config, say
         self._robot = robot
         self._state = first_state(robot.world.workspace.grid)
@@ -153,11 +161,11 @@ class Simulation:
             self._state = event.state
 
     def now(self) -> SimulatedState:
-        """The present, between two picks."""
+        """Return the present, between two picks."""
         return SimulatedState(self._robot.save(), self._state)
 
     def truth(self) -> Truth:
-        """What no picture of the present tells. The trial's own world is not touched."""
+        """Return what no picture of the present shows. The trial's own world is not touched."""
         return self.sandbox.truth(self.now())
 
 
@@ -173,8 +181,9 @@ class Privileged(Protocol):
 def open_sandbox(
     problem: Problem, system: System, config: EpisodeConfig, *, color: bool = False
 ) -> Iterator[Sandbox]:
-    """A sandbox for a problem, in which it is looked, planned and picked as in a trial with these parts. `color`:
-    pictures are not black, even if no part needs them.
+    """Open a sandbox for a problem that looks, plans and picks as in a trial with these parts.
+
+    `color`: pictures are not black, even if no part needs them.
     """
     # The color picture takes most of the camera's time.
     with simulated_robot(system, problem, color=color or needs_color(system)) as simulated:

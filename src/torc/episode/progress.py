@@ -1,4 +1,4 @@
-"""Live progress in the terminal: what is picked, why, how it went, how long it took."""
+"""Show live progress in the terminal: what is picked, why, how it went, how long it took."""
 
 from rich.console import Console
 from rich.markup import escape
@@ -18,18 +18,18 @@ _NEXT = {
     Halted: "waiting for you...",
     Ended: "writing the results...",
 }
-"""What begins when an event is told."""
+"""What begins after each event."""
 
 
 class TerminalProgress:
-    """Prints a few lines per pick; between them, on a terminal, what is going on now."""
+    """Prints a few lines per pick and, on a terminal, the current activity between them."""
 
     def __init__(self, console: Console, status: Status) -> None:
-        """status: the console's live line, shown by whoever runs the trial."""
+        """Take the console and its live line, which whoever runs the trial shows."""
         self.console, self.status = console, status
         self.names: tuple[str, ...] = ()
         self.true_ids: dict[int, int] = {}
-        """Of the objects in sight, where perception has ids of its own."""
+        """True id per object in sight, if perception has its own ids."""
 
     def __call__(self, event: Event) -> None:
         """Print one event."""
@@ -87,7 +87,7 @@ class TerminalProgress:
         return f"{object_id}{known}"
 
     def _seen(self, object_id: int) -> str:
-        """An object by perception's id, with the name of what it really is."""
+        """Name an object by perception's id and what it really is."""
         true_id = self.true_ids.get(object_id, object_id)
         name = self.names[true_id] if 0 <= true_id < len(self.names) else ""
         return f"{object_id} ({escape(name)})" if name else f"{object_id}"

@@ -1,5 +1,6 @@
-"""Trials on disk as they can be read again: finished, interrupted, or being played at this moment. Their files are
-checked: they may come from a stranger.
+"""Read trials from disk: finished, interrupted, or being played.
+
+Their files are checked, since they may come from a stranger.
 """
 
 import json
@@ -32,9 +33,9 @@ from torc.specs.trial import TrialSpec
 
 LOG, VIDEO = "events.jsonl", "video.mp4"
 SEEN, PLAIN = "seen.png", "plain.png"
-"""Ends of the names of a pick's pictures: the marked one, and what the camera gave."""
+"""Ends of the names of a pick's pictures: the marked one, and the camera's."""
 BELIEF = "belief.png"
-"""End of the name of a pick's file, where its planner has left a belief of where the target is."""
+"""End of the name of the picture of a pick's belief, if its planner left one."""
 MAX_TRIALS, MAX_DEPTH, MAX_SENT = 20_000, 6, 8
 _MAX_PICTURE_BYTES = 32 * 2**20
 _PNG = b"\x89PNG\r\n\x1a\n"
@@ -45,7 +46,7 @@ _HALF_PAIR = re.compile(
 
 
 def sent_name(which: int) -> str:
-    """End of the file name of a picture that the chooser was sent; the first is 0."""
+    """Return the end of the file name of a picture that the chooser was sent; the first is 0."""
     return f"sent_{which + 1}.png"
 
 
@@ -62,7 +63,7 @@ class RecordedPick:
 
 @dataclass(frozen=True)
 class RecordedTrial:
-    """A trial as its directory tells it: `started` is None if it broke before, `result` while it is played."""
+    """A trial as its directory records it: `started` is None if it broke before, `result` while it is played."""
 
     directory: Path
     spec: TrialSpec
@@ -71,38 +72,40 @@ class RecordedTrial:
     result: TrialResult | None
 
     def pick(self, number: int) -> RecordedPick:
-        """Raises InputError where there is none."""
+        """Return a pick. Raises InputError if it does not exist."""
         if not 0 <= number < len(self.picks):
             raise InputError(f"This trial has no pick {number + 1}; it has {len(self.picks)}.")
         return self.picks[number]
 
     def picture(self, number: int) -> bytes:
-        """The marked image of a pick, PNG. Raises InputError if it is missing or no PNG."""
+        """Return the marked image of a pick, PNG. Raises InputError if it is missing or not a PNG."""
         return self._picture(number, SEEN)
 
     def has_plain_picture(self, number: int) -> bool:
-        """Whether the camera's own picture of a pick was recorded; older versions kept the marked one alone."""
+        """Check whether the camera's own picture of a pick was recorded; older versions kept only the marked one."""
         return self._pick_path(number, PLAIN).is_file()
 
     def plain_picture(self, number: int) -> bytes:
-        """The camera's own picture of a pick, PNG. Raises InputError if it is missing or no PNG."""
+        """Return the camera's own picture of a pick, PNG. Raises InputError if it is missing or not a PNG."""
         return self._picture(number, PLAIN)
 
     def sent_picture(self, number: int, which: int) -> bytes:
-        """A picture that the chooser was sent, PNG; the first is 0. Raises InputError if it is missing or no PNG."""
+        """Return a picture that the chooser was sent, PNG; the first is 0. Raises InputError if it is missing or not a
+        PNG.
+        """
         return self._picture(number, sent_name(which))
 
     def sent_pictures(self, number: int) -> int:
-        """How many pictures the chooser was sent, as far as they are there."""
+        """Return how many pictures that the chooser was sent are there."""
         here = range(MAX_SENT)
         return next((k for k in here if not self._pick_path(number, sent_name(k)).is_file()), MAX_SENT)
 
     def belief(self, number: int) -> bytes:
-        """The belief of a pick over the image, PNG, where the planner left one. Raises InputError as `picture`."""
+        """Return the belief of a pick over the image, PNG, if the planner left one. Raises InputError as `picture`."""
         return self._picture(number, BELIEF)
 
     def view(self, number: int) -> PickView | None:
-        """What the planner saw, in full; None where it was not recorded. Raises InputError if it is damaged."""
+        """Return everything that the planner saw; None if it was not recorded. Raises InputError if it is damaged."""
         path = self._pick_path(number, "view.npz")
         return load_view(path) if path.exists() else None
 
@@ -130,6 +133,9 @@ def read_trial(directory: Path) -> RecordedTrial:
     Args:
         directory: as `torc run --out` wrote it.
 
+    Returns:
+        The trial; its result is None while it is played.
+
     Raises:
         InputError: the directory is not a trial, or a file in it is damaged.
     """
@@ -145,7 +151,7 @@ def read_trial(directory: Path) -> RecordedTrial:
 
 
 def picks_of(events: Sequence[EventLine]) -> tuple[RecordedPick, ...]:
-    """The picks in order, up to the first that was not looked at."""
+    """Return the picks in order, up to the first without a look."""
     parts: dict[int, dict[str, Any]] = {}
     for event in events:
         if not isinstance(event, StartedLine | EndedLine):
@@ -157,14 +163,15 @@ def picks_of(events: Sequence[EventLine]) -> tuple[RecordedPick, ...]:
 
 
 def check_directory(root: Path, maker: str = "torc run") -> None:
-    """Raises InputError where there is no such directory, and names the command that makes one."""
-    if not os.path.isdir(root):  # unlike Path.is_dir, False for names that no directory can have
+    """Raise InputError if there is no such directory, naming the command that makes one."""
+    if not os.path.isdir(root):  # unlike Path.is_dir, returns False for impossible names
         raise InputError(f"'{root}' is not a directory. `{maker} --out DIR` makes one with trials in it.")
 
 
 def find_trials(root: Path) -> list[Path]:
-    """The directories of the trials below a directory, or itself if it is one; unfinished ones are among them. Raises
-    InputError if there are more than MAX_TRIALS.
+    """Return the directories of all trials below a directory, or itself if it is one, including unfinished ones.
+
+    Raises InputError if there are more than MAX_TRIALS.
     """
     found: list[Path] = []
     for path, below, files in os.walk(root):
@@ -181,8 +188,9 @@ def find_trials(root: Path) -> list[Path]:
 
 
 def read_events(path: Path) -> list[EventLine]:
-    """The lines of a log, as far as it is complete: a trial that is being played may be writing the last one. Raises
-    InputError if it is missing, too large, or a line is no event; names the line.
+    """Return the complete lines of a log: a trial that is being played may be writing the last one.
+
+    Raises InputError if it is missing, too large, or a line is not an event; names the line.
     """
     text = read_plain_text(path, MAX_LOG_BYTES, "the log of a trial")
     whole, _, _ = text.rpartition("\n")
@@ -196,12 +204,12 @@ def read_events(path: Path) -> list[EventLine]:
 
 
 def read_result(path: Path) -> TrialResult:
-    """result.json. Raises InputError as `read_events`."""
+    """Read result.json. Raises InputError as `read_events`."""
     return _read(path, TrialResult.model_validate)
 
 
 def read_spec(path: Path) -> RecordedSpec:
-    """spec.json. Raises InputError as `read_events`."""
+    """Read spec.json. Raises InputError as `read_events`."""
     return from_plain(_read(path), str(path))
 
 
@@ -214,7 +222,7 @@ def _read(path: Path, check: Callable[[Any], Any] = lambda plain: plain) -> Any:
 
 
 def _parsed(text: str) -> Any:
-    # Half a surrogate pair is no text; NaN and Infinity are no JSON, and no browser takes them.
+    # Half a surrogate pair is not text; NaN and Infinity are not JSON, and no browser accepts them.
     return json.loads(_HALF_PAIR.sub(r"\\ufffd", text), parse_constant=lambda _: None)
 
 

@@ -1,4 +1,4 @@
-"""What is kept of a trial while it is played: its log in memory, or a directory with log, pictures and result."""
+"""Keep a trial while it is played: its log in memory, or a directory with log, pictures and result."""
 
 import json
 import os
@@ -32,7 +32,7 @@ class TrialLog:
     Attributes:
         lines: the log so far.
         asked: the model that the planner asks, set by whoever plays the trial.
-        directory: where the trial is on disk at the moment; None if nothing is written.
+        directory: where the trial is on disk now; None if nothing is written.
     """
 
     def __init__(self) -> None:
@@ -43,7 +43,7 @@ class TrialLog:
 
     @property
     def vlm_facts(self) -> dict[str, Any]:
-        """What asking the model took so far, for the result; empty if no model is asked."""
+        """What the model has used so far, for the result; empty if no model is asked."""
         return {} if self.asked is None else {"vlm_use": vlm_use(self._tries, self.asked.prices)}
 
     def __call__(self, event: Event) -> None:
@@ -56,13 +56,13 @@ class TrialLog:
         """Keep the traceback of what broke the trial."""
 
     def complete(self, result: TrialResult) -> None:
-        """The trial is over."""
+        """Note that the trial is over."""
 
     def write_result(self, result: TrialResult) -> None:
-        """The trial was interrupted."""
+        """Note that the trial was interrupted."""
 
     def discard(self) -> None:
-        """Nothing was run."""
+        """Note that nothing was run."""
 
 
 class TrialRecorder(TrialLog):
@@ -93,7 +93,7 @@ class TrialRecorder(TrialLog):
             ) from error
 
     def __call__(self, event: Event) -> None:
-        """Record one event; lines are flushed so that nothing is lost in a crash."""
+        """Record one event and flush its line, so that a crash loses nothing."""
         super().__call__(event)
         self._log.write(json.dumps(self.lines[-1].plain) + "\n")
         self._log.flush()
@@ -108,7 +108,7 @@ class TrialRecorder(TrialLog):
                     save_record(event.look.observation, self._pick_path(event.pick, "observation.npz"))
             case Decided():
                 scene, decision = event.look.context.scene, event.decision
-                # What the planner names may not be there; the choice is judged later.
+                # The planner may name an object that is not there; the choice is judged later.
                 chosen = decision.object_id if decision.object_id in scene.ids else None
                 cropped = mark_image(scene, highlight=chosen)[self._crop or ...]
                 self.frames.append(Frame(event.pick, cropped, chosen, decision.reason))
@@ -147,7 +147,7 @@ class TrialRecorder(TrialLog):
                 parent.rmdir()
 
     def write_result(self, result: TrialResult) -> None:
-        """Write what there is, leaving the directory partial (an interrupted trial)."""
+        """Write what exists, leaving the directory partial (an interrupted trial)."""
         self._write(result)
         self._log.close()
 

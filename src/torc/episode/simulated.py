@@ -1,4 +1,4 @@
-"""A simulated robot at a problem, with the parts that its conditions name."""
+"""Make a simulated robot for a problem, with the parts that its conditions name."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -24,9 +24,16 @@ from torc.sim.stepping import Observer
 def simulated_robot(
     system: System, problem: Problem, *, color: bool = True, observer: Observer | None = None
 ) -> SimulatedRobot:
-    """The system's robot in the problem's world, as it was built. Close it, or use it in a `with`. Without color it
-    spares those pictures, for parts that read depth and labels alone. The observer is called with the world about 25
-    times per simulated second. Raises InputError if the problem cannot be built, or the camera cannot be made.
+    """Return the system's robot in the problem's world, as built. Close it, or use it in a `with`.
+
+    Args:
+        system: the parts.
+        problem: the scene.
+        color: False saves the color pictures, if all parts read only depth and labels.
+        observer: called with the world about 25 times per simulated second.
+
+    Raises:
+        InputError: the problem cannot be built, or the camera cannot be made.
     """
     config = configured(system.conditions, "simulation", SimulatedRobotConfig())
     pairs = DEPTHS.traits(system.pipeline.depth).needs_pair
@@ -48,13 +55,14 @@ def simulated_robot(
 def episode_in(
     simulated: SimulatedRobot, system: System, config: EpisodeConfig, listeners: Sequence[Listener] = ()
 ) -> Episode:
-    """The episode of a simulated robot at its problem, before the first look."""
+    """Return the episode of a simulated robot at its problem, before the first look."""
     return Episode(simulated, system, wanted_in(system, simulated.world.problem), config, listeners)
 
 
 def wanted_in(system: System, problem: Problem) -> Wanted:
-    """The problem's target as its user would tell of it: in words, by its size, and by pictures from all sides if the
-    system's perception asks for them.
+    """Return the problem's target as its user would describe it: in words and by its size.
+
+    Adds pictures from all sides if the system's perception asks for them.
     """
     if PERCEPTIONS.traits(system.pipeline.perception).needs_pictures:
         return pictured_target(problem)
@@ -62,7 +70,7 @@ def wanted_in(system: System, problem: Problem) -> Wanted:
 
 
 def pictured_target(problem: Problem) -> Wanted:
-    """The problem's target by pictures from all sides, as of a turn-table."""
+    """Return the problem's target with pictures from all sides, as on a turn-table."""
     model = _target_of(problem)
     return Wanted(problem.description, turn_table(model), size_m=size_by_ruler(model))
 
@@ -72,6 +80,6 @@ def _target_of(problem: Problem) -> ObjectModel:
 
 
 def needs_color(system: System) -> bool:
-    """Whether any part may read the color picture: those that come with torc read depth and masks."""
+    """Check whether any part may read the color picture: the shipped ones read depth and masks."""
     used = system.conditions
     return (used.camera, used.depth, used.perception) != ("simulated", "as-measured", "labels")

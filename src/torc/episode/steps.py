@@ -33,16 +33,16 @@ from torc.robots.protocols import KnowsObjects, Robot
 
 @dataclass(frozen=True)
 class EpisodeConfig:
-    """Attempts, failed ones included (paper: 15), and what decides all random draws."""
+    """The number of attempts, failed ones included (paper: 15), and the seed of all random draws."""
 
     max_picks: int = 15
     seed: int = 0
 
 
 class Steps:
-    """Look and try with a robot and the parts of a system. Holds nothing of the episode but the time that was spent.
+    """Looks and tries with a robot and the parts of a system. Keeps nothing of the episode but the time spent.
 
-    The robot's world is the one thing that is not in the state: `attempt` changes it.
+    Only the robot's world is not in the state: `attempt` changes it.
     """
 
     def __init__(
@@ -53,7 +53,7 @@ class Steps:
         config: EpisodeConfig,
         listeners: Sequence[Listener] = (),
     ) -> None:
-        """wanted: the target; listeners: called with every look, plan and execution."""
+        """Take the parts; `listeners` are called with every look, plan and execution."""
         self.robot, self.system, self.wanted, self.config = robot, system, wanted, config
         self.clock, self._listeners = StageClock(), tuple(listeners)
 
@@ -63,7 +63,7 @@ class Steps:
             listener(event)
 
     def look(self, state: EpisodeState) -> Look:
-        """What the robot sees now, and what follows from it."""
+        """Return what the robot sees now, and what follows from it."""
         with self.clock.stage("capture") as lap:
             observation = ask_camera(self.robot)
         look = self.system.pipeline.look(
@@ -74,8 +74,9 @@ class Steps:
         return look
 
     def looks(self, state: EpisodeState, seeds: Iterable[int]) -> Iterator[Look]:
-        """From one snapshot, taken when the first one is asked for, a look with the grasps that each seed draws. Nobody
-        is told of them.
+        """Yield a look with the grasps that each seed draws, all from one snapshot, taken when the first is requested.
+
+        Listeners do not hear of them.
         """
         pipeline, wanted = self.system.pipeline, self.wanted
         view = pipeline.view(ask_camera(self.robot), state, wanted=wanted, seed=self.config.seed)
@@ -86,7 +87,7 @@ class Steps:
         return self.config.max_picks - state.pick
 
     def plan(self, state: EpisodeState, look: Look, object_id: int) -> PickPlan | PlanFailure:
-        """The motions of a pick, or why there are none."""
+        """Return the motions of a pick, or why there are none."""
         with self.clock.stage("plan motions") as lap:
             rng = stage_rng(self.config.seed, state.pick, "motion")
             plan = ask_motion_planner(self.system.motion_planner, pick_request(look, object_id), rng)
@@ -94,7 +95,7 @@ class Steps:
         return plan
 
     def attempt(self, state: EpisodeState, look: Look, decision: Decision) -> EpisodeState:
-        """The state after planning and executing a decision; a lost pick where there is nothing to execute."""
+        """Return the state after planning and executing a decision; a lost pick if there is nothing to execute."""
         choice, failed, seconds, named = checked_choice(look, decision), state.failed, 0.0, False
         truth, scene = true_ids(look), look.context.scene
         if isinstance(choice, PickOutcome):
@@ -104,10 +105,10 @@ class Steps:
             if isinstance(plan, PlanFailure):
                 outcome = PickOutcome(PickResult.NO_PLAN, choice, detail=f"{plan.stage}: {plan.reason}")
             else:
-                # Ids that perception was given are the truth, whoever says otherwise.
+                # Ids that perception was given are the truth, whatever the planner says.
                 named = decision.is_target and scene.observation.label_image is None
                 meant = replace(plan, object_id=TARGET_ID) if named else plan
-                # Who names the target is trusted; else what is lifted is looked at.
+                # A planner that names the target is trusted; otherwise the lifted object is looked at.
                 check = None if named else self._held_look(state, look, choice)
                 with self.clock.stage("execute") as lap:
                     if isinstance(self.robot, KnowsObjects):
@@ -132,7 +133,7 @@ class Steps:
         return EpisodeState(look.context.volume, failed, (*state.outcomes, outcome), scene)
 
     def _held_look(self, state: EpisodeState, look: Look, object_id: int) -> HeldLook | None:
-        """How to look at that object once it is lifted; None if perception does not recognise what is in the hand."""
+        """Return the check of that object once it is lifted; None if perception does not recognise what is in the hand."""
         pipeline, robot = self.system.pipeline, self.robot.description
         if PERCEPTIONS.traits(pipeline.perception).recognise is None:
             return None
@@ -141,7 +142,7 @@ class Steps:
 
 
 def pick_request(look: Look, object_id: int) -> PickRequest:
-    """What a motion planner is asked for an object."""
+    """Return the motion planner's request for an object."""
     context = look.context
     return PickRequest(
         scene=context.scene,
@@ -161,11 +162,12 @@ def remembered(
     outcome: PickOutcome,
     robot: RobotDescription,
 ) -> tuple[FailedGrasp, ...]:
-    """The failed grasps to remember after this attempt.
+    """Return the failed grasps to remember after this attempt.
 
-    A motion of the robot may have made ways free, so that only the executed failures stay after one. A grasp that
-    the robot was stopped on its way to was not tried: the next plan draws another way to it. Where an object has no
-    plan for a second time, and nothing moved in between, the failure stands for all its grasps. `outcome` is as felt.
+    A motion of the robot may have cleared paths, so only executed failures remain after one. A grasp on the way to
+    which
+    the robot was stopped was not tried: the next plan draws another path to it. If an object has no plan for a second
+    time, and nothing moved in between, the failure stands for all its grasps. `outcome` is as felt.
     """
     executed = isinstance(plan, PickPlan)
     if executed:
@@ -188,7 +190,7 @@ def remembered(
 
 
 def checked_choice(look: Look, decision: Decision) -> int | PickOutcome:
-    """The object to try, or the lost pick if the decision cannot be tried.
+    """Return the object to try, or the lost pick if the decision cannot be tried.
 
     As the authors count: "no valid grasp" if nothing in sight has one, "no valid choice" if the planner named
     nothing, an object that is not in sight, or one without a valid grasp while others have one.
@@ -196,7 +198,7 @@ def checked_choice(look: Look, decision: Decision) -> int | PickOutcome:
     report, chosen = look.context.report, decision.object_id
     named = (
         -1 if chosen is None or not 0 <= chosen < MAX_OBJECTS else chosen
-    )  # what no id can be is not logged as one
+    )  # an impossible id is not logged as one
     if not report.graspable_ids:
         return PickOutcome(PickResult.NO_VALID_GRASP, named, detail=why_none_is_valid(report))
     if chosen is None:

@@ -1,4 +1,4 @@
-"""What the arm did and what its camera saw, 25 times a simulated second: for imitation learning."""
+"""Record what the arm did and what its camera saw, 25 times a simulated second: for imitation learning."""
 
 from dataclasses import dataclass
 from fractions import Fraction
@@ -29,9 +29,13 @@ _ENCODER = {"crf": "20", "g": "5"}
 
 @dataclass(frozen=True)
 class RecordedMotion:
-    """A trial as its robot went through it, a row per frame of the camera's video: number of the pick, from 0;
-    simulated time; angles of the arm's joints in radians, from base to flange, and the gripper's opening, each as it
-    was and as it was told (0 to close).
+    """A trial as its robot went through it, a row per frame of the camera's video.
+
+    Attributes:
+        pick: number of the pick, from 0.
+        times_s: simulated time.
+        qpos, commanded_qpos: actual and commanded angles of the arm's joints, radians, from base to flange.
+        width_m, commanded_width_m: actual and commanded opening of the gripper (0 to close).
     """
 
     robot: str
@@ -51,8 +55,9 @@ class RecordedMotion:
 class TrajectoryRecorder(Closing):
     """Writes trajectory.npz and camera.mp4 into a trial's directory. Use it in a `with`.
 
-    It is an observer of the simulation and a listener of the episode, and changes nothing in either. The frames begin
-    with the first look. While the robot looks, decides and plans, no simulated time passes.
+    It observes the simulation and listens to the episode, and changes nothing in either. The frames begin with the
+    first
+    look. While the robot looks, decides and plans, no simulated time passes.
     """
 
     def __init__(self, directory: Path, world: World) -> None:
@@ -67,7 +72,7 @@ class TrajectoryRecorder(Closing):
         self._rows: list[tuple[int, float, np.ndarray, np.ndarray, float, float]] = []
 
     def close(self) -> None:
-        """Writes the files."""
+        """Write the files."""
         self._video.close()
         self._renderer.close()
         if self._rows:
@@ -78,19 +83,19 @@ class TrajectoryRecorder(Closing):
             save_record(motion, self._directory / TRAJECTORY)
 
     def __call__(self, event: Event) -> None:
-        """Follows which pick it is."""
+        """Follow the number of the pick."""
         if isinstance(event, Looked):
             self._pick = event.pick
 
     def observe(self, world: World) -> None:
-        """Called by the simulation FPS times a simulated second."""
+        """Record a frame; the simulation calls this FPS times a simulated second."""
         if self._pick is not None:
             self._video.write(self._renderer.render_color())
             self._rows.append((self._pick, world.time_s, *_sampled(world, self._robot)))
 
 
 def load_motion(path: Path) -> RecordedMotion:
-    """What TrajectoryRecorder wrote. Raises InputError if missing, damaged, too large, or not fitting together."""
+    """Read what TrajectoryRecorder wrote. Raises InputError if it is missing, damaged, too large or inconsistent."""
     found = load_checked(path, RecordedMotion, _MAX_UNPACKED_BYTES, "trajectory of a trial")
     fits = found.qpos.shape[1] == len(found.joint_names) and 0 < len(found) <= MAX_FRAMES
     if not fits or found.fps != FPS:
@@ -99,11 +104,11 @@ def load_motion(path: Path) -> RecordedMotion:
 
 
 def _sampled(world: World, robot: RobotDescription) -> tuple[np.ndarray, np.ndarray, float, float]:
-    """Positions and commands of the arm's joints, and of the gripper's opening by its tables."""
+    """Return positions and commands of the arm's joints, and of the gripper's opening by its tables."""
     data, gripper = world.data, robot.gripper
 
     def width(value: float, table: np.ndarray) -> float:
-        """At which a monotonic column of the table has that value; the nearest end outside."""
+        """Return the width at which a monotonic column of the table has that value; the nearest end outside."""
         order = np.argsort(table)
         return float(np.interp(value, table[order], gripper.widths_m[order]))
 

@@ -1,4 +1,4 @@
-"""One trial in simulation: a problem, a task planner and a seed, to a directory of results."""
+"""Play one trial in simulation: a problem, a task planner and a seed, to a directory of results."""
 
 import traceback
 from collections.abc import Callable, Sequence
@@ -47,7 +47,7 @@ class Trial:
     """A trial that has ended.
 
     Attributes:
-        result: what came of it.
+        result: the outcome.
         log: everything that happened, in order.
         directory: where it was written; None if it was only kept in memory.
     """
@@ -59,8 +59,13 @@ class Trial:
 
 @dataclass(frozen=True)
 class Recording:
-    """What is kept of a trial beside events and pictures: video.mp4; trajectory.npz with camera.mp4, for learning; each
-    snapshot as a record. `observers` are called with the world 25 times a simulated second.
+    """What to keep of a trial beside events and pictures.
+
+    Attributes:
+        video: write video.mp4.
+        trajectory: write trajectory.npz with camera.mp4, for learning.
+        snapshots: save each one as a record.
+        observers: called with the world 25 times a simulated second.
     """
 
     video: bool = False
@@ -86,15 +91,18 @@ def run_trial(
     failed retrieval. Ctrl-C makes it "interrupted" and leaves `<out>.partial` readable.
 
     Args:
-        spec: what is played.
+        spec: the problem, planner, seed and conditions.
         out: the directory; None keeps the log in memory.
-        planner: who decides, if it is not to be made from spec.planner, e.g. a person at a browser. The trial is
+        planner: a ready-made planner, e.g. a person at a browser, instead of one made from spec.planner. The trial is
             recorded under its `name`, unless spec.planner names its class.
         listeners: called with every event, in order.
         recording: what to write beside events and pictures.
         overwrite: replace a trial that is in `out`.
         vlm_cache: where replies of the planner's model are kept.
         say: called with a line of text before something that takes long.
+
+    Returns:
+        The trial: its result and log.
 
     Raises:
         InputError: the problem, planner, robot, model or directory cannot be used; nothing was run.
@@ -116,7 +124,7 @@ def run_trial(
     knows_more = bool(privileged) or TASK_PLANNERS.traits(planner).privileged
     about: dict[str, Any] = {
         "vlm": None if asked is None else asked.text,
-        # Who knows the simulator's truth, or sees more than planners do, plays, but does not compete.
+        # A planner that knows the simulator's truth, or sees more than planners do, plays but does not compete.
         "participant": not (knows_more or spec.planner.outside_view),
     }
     if asked is not None and asked.simulated:
@@ -164,9 +172,9 @@ def recorded_trial(
     play: Callable[[], dict[str, Any]],
     refused: type[TorcError] = InputError,
 ) -> Trial:
-    """Plays, and writes what came of it: the facts that `play` returns, and those `about` the trial.
+    """Play, and write the outcome: the facts that `play` returns, and those `about` the trial.
 
-    Whatever breaks makes the trial "errored" with its cause, and what was computed before is kept; Ctrl-C makes it
+    Any failure makes the trial "errored" with its cause, and keeps what was computed before; Ctrl-C makes it
     "interrupted". An error of the class `refused`, before anything was recorded, leaves nothing, and is raised.
     """
     try:
@@ -205,7 +213,7 @@ def _play(
     config = EpisodeConfig(max_picks, spec.seed)
     with announced_compilation(say):
         rehearsal = episode_in(simulated, system, config).rehearse(planner)
-        view_of(rehearsal.context)  # what the recorder makes of every look
+        view_of(rehearsal.context)  # what the recorder does with every look
     with ExitStack() as stack:
         if privileged:
             sandbox = stack.enter_context(open_sandbox(problem, system, config))
@@ -244,12 +252,12 @@ class Situations:
         self._simulation, self._look, self._situation = simulation, None, None
 
     def __call__(self, event: Event) -> None:
-        """Remember what was seen."""
+        """Remember the latest look."""
         if isinstance(event, Looked):
             self._look, self._situation = event.look, None
 
     def situation(self) -> Situation:
-        """What is so now, between two picks. Raises InputError if no trial has begun."""
+        """Return the true situation now, between two picks. Raises InputError if no trial has begun."""
         if self._situation is None:
             if self._simulation is None or self._look is None:
                 raise InputError("The simulated VLM was asked outside of a simulated trial; use torc run.")
@@ -258,9 +266,10 @@ class Situations:
 
 
 def situation_of(context: PlanningContext, truth: Truth) -> Situation:
-    """What is so, in the terms of a marked image. Who lies on whom and who hides whom is the simulator's truth. Which
-    objects carry a number, which can be grasped and who is in the way of that is what the pipeline found: it is by this
-    that a choice is judged.
+    """Return the true situation, in the terms of a marked image.
+
+    Who lies on whom and who hides whom is the simulator's truth. Which objects carry a number, which are graspable and
+    what blocks their grasps is what the pipeline found, since choices are judged by that.
     """
     scene, report, counted, ids = context.scene, context.report, truth.visibility, context.report.object_ids
     enough = np.maximum(_MIN_HIDDEN_PX, _MIN_HIDDEN_SHARE * counted.pixels_alone)

@@ -1,4 +1,4 @@
-"""Versions of what decides a trial's result. Light to import."""
+"""Report the versions of what decides a trial's result. Light to import."""
 
 import importlib.metadata
 import platform
@@ -11,7 +11,7 @@ _VERSIONED = ("numpy", "scipy", "numba", "mujoco-core")
 
 
 def versions() -> dict[str, str]:
-    """Of torc, Python, and the libraries that compute."""
+    """Return the versions of torc, Python, and the libraries that compute."""
     found = {"torc": torc.__version__, "python": platform.python_version(), "platform": sys.platform}
     for name in _VERSIONED:
         try:
@@ -22,11 +22,11 @@ def versions() -> dict[str, str]:
 
 
 def versions_text(found: Mapping[str, str]) -> str:
-    """On one line: "mujoco-core 3.3.7, numpy 2.2.6, ..."."""
+    """Format versions on one line: "mujoco-core 3.3.7, numpy 2.2.6, ..."."""
     return ", ".join(f"{name} {version}" for name, version in sorted(found.items()))
 
 
 def differing(texts: Iterable[str]) -> list[str]:
-    """What not all of several such lines have in common."""
+    """Return the entries that not all of several such lines share."""
     sets = [set(text.split(", ")) for text in texts]
     return sorted(sets[0].union(*sets) - sets[0].intersection(*sets)) if sets else []

@@ -1,4 +1,4 @@
-"""The video of an episode: the robot from outside, with what the planner saw in a corner."""
+"""Make the video of an episode: the robot from outside, with what the planner saw in a corner."""
 
 from collections.abc import Mapping
 from fractions import Fraction
@@ -28,26 +28,26 @@ MOUNT = CameraMount(look_at((1.95, -1.75, 2.05), (0.42, -0.36, 1.12)), WIDTH, HE
 
 
 class Mp4Writer(Closing):
-    """Writes a video frame by frame, H.264 that plays in browsers; the file is complete when it is closed."""
+    """Writes a video frame by frame, H.264 that plays in browsers; the file is complete once closed."""
 
     def __init__(
         self, path: Path, width: int, height: int, fps: Fraction, options: Mapping[str, str] | None = None
     ) -> None:
-        """options: of the encoder, e.g. crf."""
+        """Open the file; `options` are the encoder's, e.g. crf."""
         self._container = av.open(str(path), "w", options={"movflags": "faststart"})
         self._stream = self._container.add_stream("h264", rate=fps, options=dict(options or {}))
         self._stream.width, self._stream.height, self._stream.pix_fmt = width, height, "yuv420p"
         self._stream.time_base = 1 / fps
 
     def write(self, rgb: UInt8[np.ndarray, "h w 3"], repeats: int = 1) -> None:
-        """The next frame, or the next few of a still picture."""
+        """Write the next frame, several times for a still picture."""
         frame = av.VideoFrame.from_ndarray(rgb, format="rgb24")
         for _ in range(repeats):
             for packet in self._stream.encode(frame):
                 self._container.mux(packet)
 
     def close(self) -> None:
-        """Writes what is left."""
+        """Write what is left, and close the file."""
         for packet in self._stream.encode():
             self._container.mux(packet)
         self._container.close()
@@ -65,12 +65,12 @@ class VideoRecorder(Closing):
         self._caption = ""
 
     def close(self) -> None:
-        """Completes the file."""
+        """Complete the file."""
         self._video.close()
         self._renderer.close()
 
     def observe(self, world: World) -> None:
-        """Called by the simulation 25 times a simulated second; changes no result."""
+        """Grab a frame; the simulation calls this 25 times a simulated second. Changes no result."""
         self._grabs += 1
         if self._grabs % GRABS_PER_FRAME == 0:
             self._write(1)

@@ -1,22 +1,23 @@
-"""Where the viewer (`torc view DIR`) shows a trial: links that can be written down before any viewer runs."""
+"""Link to trials in the viewer (`torc view DIR`); links can be written before any viewer runs."""
 
 import hashlib
 import re
 from pathlib import Path
 
 VIEWER_PORT = 8770
-"""Where the viewer listens unless --port names another one. No link may count on it."""
+"""The viewer's port unless --port names another one. No link may rely on it."""
 REPORT = Path("report/index.html")
-"""Where a directory of trials has its report, unless told otherwise; the viewer serves it too."""
+"""Default place of the report in a directory of trials; the viewer serves it too."""
 PARTIAL = ".partial"
-"""The end of the name of a trial's directory while it is played."""
+"""End of the name of a trial's directory while it is played."""
 
 _LINK = re.compile(rb'href="#([0-9a-f]{12}/\d+)"')
 
 
 def trial_key(relative: str) -> str:
-    """Short name of a trial in addresses, by its directory relative to the one that the viewer is given, with "/"; the
-    same while it is played and afterwards.
+    """Return the short name of a trial in addresses, unchanged from while it is played to afterwards.
+
+    It derives from the trial's directory relative to the viewer's, with "/".
     """
     return hashlib.sha256(relative.removesuffix(PARTIAL).encode("utf-8", "surrogateescape")).hexdigest()[:12]
 
@@ -27,5 +28,5 @@ def trial_link(root: Path, directory: Path, pick: int = 0) -> str:
 
 
 def served_links(page: bytes) -> bytes:
-    """Let the links of a report lead to the page of the viewer that serves it."""
+    """Point the links of a report at the page of the viewer that serves it."""
     return _LINK.sub(rb'href="/#\1"', page)

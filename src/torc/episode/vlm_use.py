@@ -1,4 +1,4 @@
-"""What a model took in a trial: calls, tokens, and what they cost if prices are known."""
+"""Sum what a model used in a trial: calls, tokens, and their cost if prices are known."""
 
 from collections.abc import Sequence
 
@@ -11,7 +11,7 @@ def vlm_use(tries: Sequence[ModelTry], prices: Prices | None) -> VlmUse:
     """Sum up the requests of a trial.
 
     Replies from a cache count as they did when they were recorded. Requests without a reply are not counted, since no
-    server says what they took.
+    server says what they used.
     """
     sent, written, thinking = (
         _sum([getattr(t.tokens, name) for t in tries]) for name in ("prompt", "reply", "thinking")

@@ -1,4 +1,4 @@
-"""How long and how thick a cloud of points is."""
+"""Measure how long and how thick a cloud of points is."""
 
 from typing import NamedTuple
 
@@ -11,8 +11,9 @@ _STEPS_RAD = (0.2, 0.07, 0.025)
 
 
 class Extent(NamedTuple):
-    """The longest extent in any direction, and the width of the narrowest tube that it goes through, metres. Of a part
-    of a thing, neither is larger than of the whole.
+    """The longest extent in any direction, and the width of the narrowest tube that it passes through, metres.
+
+    For a part of a thing, neither is larger than for the whole.
     """
 
     length_m: float
@@ -20,8 +21,11 @@ class Extent(NamedTuple):
 
 
 def extent(points: Float[np.ndarray, "n 3"], trimmed: float = 0.0) -> Extent:
-    """To within a few percent; 0 for no point. `trimmed`: a share of the points that counts for nothing at either end,
-    since depth flies at edges; of many points then only some count.
+    """Measure a cloud to within a few percent; 0 for no points.
+
+    `trimmed`: share of the points that is ignored at either end, since depth has flying points at edges; large clouds
+    are
+    then subsampled.
     """
     if len(points) == 0:
         return Extent(0.0, 0.0)
@@ -31,7 +35,7 @@ def extent(points: Float[np.ndarray, "n 3"], trimmed: float = 0.0) -> Extent:
 
 
 def _thickness(points: Float[np.ndarray, "n 3"], trimmed: float) -> float:
-    """The tube's direction is looked for near the cloud's principal axes."""
+    """Return the width of the narrowest tube, whose direction is searched near the cloud's principal axes."""
     axes = np.linalg.svd(points[:: -(-len(points) // _MOST_POINTS)], full_matrices=False)[2]
     widths = [_across(points, axis, trimmed) for axis in axes]
     along, best = axes[int(np.argmin(widths))], min(widths)
@@ -45,7 +49,7 @@ def _thickness(points: Float[np.ndarray, "n 3"], trimmed: float) -> float:
 
 
 def _across(points: Float[np.ndarray, "n 3"], along: Float[np.ndarray, "3"], trimmed: float) -> float:
-    """The longest extent at right angles to a direction."""
+    """Return the longest extent at right angles to a direction."""
     a, b = _aside(along)
     turn = np.pi * np.arange(_AROUND)[:, None] / _AROUND
     return _longest(points, np.cos(turn) * a + np.sin(turn) * b, trimmed)
@@ -64,7 +68,7 @@ def _longest(points: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "k 
 
 
 def _hemisphere() -> Float[np.ndarray, "k 3"]:
-    """Directions spread evenly over half of a sphere (a Fibonacci spiral)."""
+    """Return directions spread evenly over half of a sphere (a Fibonacci spiral)."""
     k = np.arange(_DIRECTIONS) + 0.5
     z = k / _DIRECTIONS
     turn = np.pi * (1 + 5**0.5) * k

@@ -1,9 +1,9 @@
-"""How fine a camera's picture is: settings in pixels are meant for a picture of a certain size."""
+"""Scale settings in pixels, which are meant for a picture of a certain size, to a camera's resolution."""
 
 WIDTH_PX, HEIGHT_PX = 640, 480
-"""Of the picture for which settings in pixels were chosen."""
+"""Size of the picture for which settings in pixels were chosen."""
 
 
 def finer(shape: tuple[int, ...]) -> float:
-    """How many times as many pixels a picture (rows, columns) has along a line; 1 for smaller ones."""
+    """Return the ratio of pixels along a line in a picture (rows, columns) to those of the reference; at least 1."""
     return max(1.0, (shape[0] * shape[1] / (WIDTH_PX * HEIGHT_PX)) ** 0.5)

@@ -9,7 +9,7 @@ Poses = Float[np.ndarray, "*n 4 4"]
 
 
 def make_pose(R: Float[np.ndarray, "3 3"] | None = None, p: ArrayLike | None = None) -> Pose:
-    """Transform with rotation R (identity by default) and translation p (zero by default)."""
+    """Return the transform with rotation R (identity by default) and translation p (zero by default)."""
     T = np.eye(4)
     if R is not None:
         T[:3, :3] = R
@@ -19,7 +19,7 @@ def make_pose(R: Float[np.ndarray, "3 3"] | None = None, p: ArrayLike | None = N
 
 
 def invert(T: Poses) -> Poses:
-    """Inverse of rigid transforms, batched over leading axes."""
+    """Invert rigid transforms, batched over leading axes."""
     R_t = np.swapaxes(T[..., :3, :3], -1, -2)
     out = np.zeros_like(T)
     out[..., :3, :3] = R_t
@@ -29,12 +29,12 @@ def invert(T: Poses) -> Poses:
 
 
 def transform_points(T: Pose, points: Float[np.ndarray, "*n 3"]) -> Float[np.ndarray, "*n 3"]:
-    """Points p mapped to T @ p."""
+    """Map points p to T @ p."""
     return points @ T[:3, :3].T.astype(points.dtype) + T[:3, 3].astype(points.dtype)
 
 
 def rotation_from_wxyz(wxyz: ArrayLike) -> Float[np.ndarray, "3 3"]:
-    """Rotation matrix of a quaternion (normalised here). Raises ValueError for a zero quaternion."""
+    """Return the rotation matrix of a quaternion (normalised here). Raises ValueError for a zero quaternion."""
     q = np.asarray(wxyz, dtype=float)
     norm = np.linalg.norm(q)
     if norm < 1e-12:
@@ -50,7 +50,7 @@ def rotation_from_wxyz(wxyz: ArrayLike) -> Float[np.ndarray, "3 3"]:
 
 
 def wxyz_from_rotation(R: Float[np.ndarray, "3 3"]) -> Float[np.ndarray, "4"]:
-    """Unit quaternion of a rotation matrix, w >= 0 (Shepperd's method)."""
+    """Return the unit quaternion of a rotation matrix, w >= 0 (Shepperd's method)."""
     trace = np.trace(R)
     diagonal = np.array([trace, R[0, 0], R[1, 1], R[2, 2]])
     i = int(np.argmax(diagonal))
@@ -69,7 +69,7 @@ def wxyz_from_rotation(R: Float[np.ndarray, "3 3"]) -> Float[np.ndarray, "4"]:
 
 
 def rotation_about(axis: ArrayLike, angle: float) -> Float[np.ndarray, "3 3"]:
-    """Rotation by an angle about an axis (Rodrigues)."""
+    """Return the rotation by an angle about an axis (Rodrigues)."""
     u = np.asarray(axis, dtype=float)
     u = u / np.linalg.norm(u)
     k = np.array([[0, -u[2], u[1]], [u[2], 0, -u[0]], [-u[1], u[0], 0]])
@@ -77,7 +77,7 @@ def rotation_about(axis: ArrayLike, angle: float) -> Float[np.ndarray, "3 3"]:
 
 
 def look_at(eye: ArrayLike, at: ArrayLike) -> Pose:
-    """Camera pose T_world_camera (OpenCV frame) at `eye` that looks at `at`, the image's up towards +z."""
+    """Return the camera pose T_world_camera (OpenCV frame) at `eye` that looks at `at`, the image's up towards +z."""
     eye, at = np.asarray(eye, dtype=float), np.asarray(at, dtype=float)
     z = (at - eye) / np.linalg.norm(at - eye)
     x = np.cross(z, [0.0, 0.0, 1.0])
@@ -88,7 +88,7 @@ def look_at(eye: ArrayLike, at: ArrayLike) -> Pose:
 
 
 def intrinsics(width: int, height: int, vertical_fov_rad: float) -> Float[np.ndarray, "3 3"]:
-    """K of an ideal camera with square pixels and its principal point at the image centre."""
+    """Return K of an ideal camera with square pixels and its principal point at the image centre."""
     f = 0.5 * height / np.tan(0.5 * vertical_fov_rad)
     return np.array([[f, 0, 0.5 * (width - 1)], [0, f, 0.5 * (height - 1)], [0, 0, 1.0]])
 
@@ -96,7 +96,7 @@ def intrinsics(width: int, height: int, vertical_fov_rad: float) -> Float[np.nda
 def unproject(
     rows: np.ndarray, cols: np.ndarray, depth_m: np.ndarray, K: np.ndarray, T_world_camera: Pose
 ) -> Float[np.ndarray, "*shape 3"]:
-    """World points of pixels with a depth along the optical axis; rows, cols and depth_m have one shape."""
+    """Return world points of pixels with a depth along the optical axis; rows, cols and depth_m have one shape."""
     x = (cols - K[0, 2]) / K[0, 0] * depth_m
     y = (rows - K[1, 2]) / K[1, 1] * depth_m
     return np.stack([x, y, depth_m], axis=-1) @ T_world_camera[:3, :3].T + T_world_camera[:3, 3]
@@ -105,7 +105,7 @@ def unproject(
 def project(
     points: Float[np.ndarray, "n 3"], K: np.ndarray, T_world_camera: Pose
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Columns, rows (subpixel) and depths of world points; meaningless where depth <= 0."""
+    """Return columns, rows (subpixel) and depths of world points; meaningless where depth <= 0."""
     T = invert(T_world_camera)
     p = points @ T[:3, :3].T + T[:3, 3]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -113,10 +113,10 @@ def project(
 
 
 def kernel_array(array: ArrayLike, dtype: DTypeLike = np.float64) -> np.ndarray:
-    """The array in C order, of one data type, and writable; copied only where it is not.
+    """Return the array in C order, of one data type, and writable; copied only if it is not already.
 
-    numba compiles a kernel anew for every other memory order, data type or protection of an argument: what comes from
-    outside, or from functions like `np.broadcast_to` and `np.argwhere`, goes through here on its way to a kernel.
+    numba compiles a kernel anew for every other memory order, data type or protection of an argument, so arrays from
+    outside, or from functions like `np.broadcast_to` and `np.argwhere`, pass through here on their way to a kernel.
     """
     out = np.ascontiguousarray(array, dtype=dtype)
     return out if out.flags.writeable else out.copy()

@@ -1,4 +1,4 @@
-"""Directions worth trying: approaches within a cone about forward, and closing axes taken from the data."""
+"""Choose directions to try: approaches within a cone about forward, and closing axes taken from the data."""
 
 import numpy as np
 from jaxtyping import Float
@@ -14,7 +14,7 @@ _STEEP = 0.35
 
 
 def approach_directions(forward: Float[np.ndarray, "3"], config: CandidateConfig) -> Float[np.ndarray, "a 3"]:
-    """Straight down, and every tilt with every yaw about the vertical from `forward` (unit vectors)."""
+    """Return straight down, and every tilt with every yaw about the vertical from `forward` (unit vectors)."""
     out = [np.array([0.0, 0.0, -1.0])]
     for tilt in config.tilts_rad:
         for yaw in config.yaws_rad:
@@ -25,7 +25,7 @@ def approach_directions(forward: Float[np.ndarray, "3"], config: CandidateConfig
 
 
 def normal_clusters(normals: Float[np.ndarray, "n 3"], limit: int) -> Float[np.ndarray, "k 3"]:
-    """Mean directions (without sign) of groups of like surface normals, the largest group first.
+    """Return mean directions (without sign) of groups of similar surface normals, the largest group first.
 
     Greedy: the normal with most others within 20 degrees takes them all, and so on.
     """
@@ -53,15 +53,16 @@ def grasp_frames(
     forward: Float[np.ndarray, "3"],
     config: CandidateConfig,
 ) -> tuple[Float[np.ndarray, "f 3"], Float[np.ndarray, "f 3"], int]:
-    """Pairs of closing axis and approach, perpendicular to each other, those of the first approach in front.
+    """Return pairs of perpendicular closing axis and approach, those of the first approach in front.
 
-    Per approach: the mean normals of clusters as closing axes, the approach turned to be across (by up to 30
-    degrees: pads flat on a face matter more than a round angle of approach); then, turned themselves to be
-    across the approach, the principal axes of the cloud as seen along it, and the horizontal with its
-    perpendicular. Closing axes close to an earlier one of the same approach are left out, and so are approaches
-    that were turned out of the cone about `forward`.
+    Closing axes per approach: first the mean normals of clusters, with the approach turned perpendicular (by up to 30
+    degrees: pads flat on a face matter more than a round angle of approach). Then, turned perpendicular to the approach
+    themselves, the principal axes of the cloud as seen along it, and the horizontal with its perpendicular. Closing
+    axes
+    close to an earlier one of that approach are left out, and so are approaches turned out of the cone about `forward`.
 
-    Returns closing axes, approaches, and how many belong to the first approach.
+    Returns:
+        Closing axes, approaches, and how many belong to the first approach.
     """
     centered = points - points.mean(axis=0)
     merged_cos, yaw_cos = float(np.cos(config.closing_merge_rad)), float(np.cos(config.max_yaw_rad))
@@ -104,7 +105,7 @@ def _grasp_frames(approaches, covariance, clusters, view, forward, merged_cos, y
 
 @njit(cache=True)
 def in_cone(approach, forward, yaw_cos):
-    """Whether an approach does not rise (by more than 6 degrees) and leads forward, within a yaw.
+    """Check whether an approach does not rise (by more than 6 degrees) and leads forward, within a yaw.
 
     The yaw of one within 20 degrees of straight down does not matter.
     """
@@ -116,7 +117,7 @@ def in_cone(approach, forward, yaw_cos):
 
 @njit(cache=True)
 def _axes_of_shadow(a, covariance, view, out):
-    """Principal axes of a cloud as seen along `a`, then the horizontal across `a` and its perpendicular."""
+    """Write the principal axes of a cloud as seen along `a`, then the horizontal across `a` and its perpendicular."""
     level, upright = out[2], out[3]
     flat = np.sqrt(a[0] ** 2 + a[1] ** 2)
     if flat > 1e-6:

@@ -1,8 +1,8 @@
 """Hard checks of candidates, on points: each against its own object's, then against all others'.
 
-The gripper is taken at its largest opening, as it arrives, and while it closes. What a candidate does to its own
-object decides whether it is kept at all; what it does to *other* objects is only recorded: such grasps are
-evidence of who blocks whom. Unknown space is never a veto.
+The gripper is checked at its largest opening, as it arrives, and while it closes. Contact with its own object decides
+whether a candidate is kept at all; contact with *other* objects is only recorded, as evidence of who blocks whom.
+Unknown space is never a veto.
 """
 
 from dataclasses import dataclass
@@ -30,7 +30,7 @@ from torc.grasping.hand import (
 
 
 class Fault(IntEnum):
-    """The first check on its own object or the table that a candidate fails."""
+    """The first check against its own object or the table that a candidate fails."""
 
     NONE = 0
     TABLE = 1
@@ -40,26 +40,28 @@ class Fault(IntEnum):
     OWN_IN_PALM = 3
     """Points of the object inside the rest of the gripper."""
     TOO_FEW_POINTS = 4
-    """Too few seen points of the object between the pads."""
+    """Too few seen points of the object are between the pads."""
 
 
 FINGERS, PALM, BETWEEN, NEAR, CORRIDOR = range(5)
-"""Where points of other objects are: in the fingers' sweep, in the palm, between the pads, within NEAR_M of the
-fingers' sweep, in what the gripper passes on the last CORRIDOR_M of its approach. Each point counts once."""
+"""Places of other objects' points: in the fingers' sweep, in the palm, between the pads, within NEAR_M of the fingers'
+sweep, in what the gripper passes on the last CORRIDOR_M of its approach. Each point counts once.
+"""
 NEAR_M = 0.012
 CORRIDOR_M = 0.10
 
 
 @dataclass(frozen=True)
 class CheckResult:
-    """What the checks found.
+    """The result of the checks.
 
     Attributes:
         fault: a Fault per candidate.
         blockers: other objects that the gripper touches or has between its pads, bit k for object id k.
-        foreign: points of other objects, columns FINGERS .. CORRIDOR; 0 for candidates with a fault, which are
-            not looked at further.
-        blocked: whether each candidate touches other objects or would take hold of them.
+        foreign: points of other objects, columns FINGERS .. CORRIDOR; 0 for candidates with a fault, which are not
+            checked
+            further.
+        blocked: whether each candidate touches other objects or would grip them.
     """
 
     fault: UInt8[np.ndarray, "n"]
@@ -69,7 +71,7 @@ class CheckResult:
 
 
 class _Limits(NamedTuple):
-    """Those fields of CheckConfig that decide on faults."""
+    """The fields of CheckConfig that decide on faults."""
 
     finger_margin_m: float
     palm_margin_m: float
@@ -89,7 +91,7 @@ def check_candidates(
     support_z_m: float,
     config: CheckConfig,
 ) -> CheckResult:
-    """Check the candidates of one object, of which only the seen points count, against it and all `cells`."""
+    """Check the candidates of one object against its seen points and all `cells`."""
     box = hand_bounds(hand, max(NEAR_M, config.finger_margin_m, config.palm_margin_m))
     box[0, 2] -= CORRIDOR_M
     palm_box = palm_bounds(hand, config.palm_margin_m)
@@ -103,7 +105,7 @@ def check_candidates(
 
 
 def palm_bounds(hand: HandGeometry, margin_m: float) -> Float[np.ndarray, "2 3"]:
-    """Largest |x|, |y| and z of the palm boxes, in the second row; relative to the open gripper's TCP."""
+    """Return largest |x|, |y| and z of the palm boxes, in the second row; relative to the open gripper's TCP."""
     if len(hand.palm) == 0:
         return np.array([[0.0, 0.0, -1.0], [0.0, 0.0, -1.0]])
     upper = (np.abs(hand.palm[:, :3]) + hand.palm[:, 3:]).max(axis=0)
@@ -113,7 +115,7 @@ def palm_bounds(hand: HandGeometry, margin_m: float) -> Float[np.ndarray, "2 3"]
 
 @njit(cache=True)
 def _own_fault(local, index, seen, width, shift_z, hand, palm_top_z, limits):
-    """Fault of one candidate as to its own object's seen points, given in the grasp frame."""
+    """Return the fault of one candidate from its own object's seen points, in the grasp frame."""
     in_finger, between = 0, 0
     for k in range(len(local)):
         if seen[index[k]] == 0:
@@ -132,7 +134,7 @@ def _own_fault(local, index, seen, width, shift_z, hand, palm_top_z, limits):
 
 @njit(cache=True)
 def _count_foreign(local, index, ids, own_id, width, shift_z, hand, palm_box, limits, foreign):
-    """Count points of other objects (grasp frame) by place; returns the bits of those that are in the way."""
+    """Count points of other objects (grasp frame) by place; return the bits of the objects in the way."""
     bits = np.uint64(0)
     half, outer = 0.5 * width, 0.5 * hand.max_width_m + hand.finger_x
     back, margin = shift_z - hand.finger_z, limits.finger_margin_m
@@ -166,7 +168,7 @@ def _count_foreign(local, index, ids, own_id, width, shift_z, hand, palm_box, li
 
 @njit(cache=True)
 def _palm_place(x, y, z, palm_ranges, palm_box, margin_m):
-    """PALM, CORRIDOR or -1 for a point (|x|, |y|, z) in the frame of the open gripper's TCP."""
+    """Return PALM, CORRIDOR or -1 for a point (|x|, |y|, z) in the frame of the open gripper's TCP."""
     if z > palm_box[1, 2] or y > palm_box[1, 1] or x > palm_box[1, 0]:
         return -1
     place = -1
@@ -184,7 +186,7 @@ def _palm_place(x, y, z, palm_ranges, palm_box, margin_m):
 
 @njit(cache=True)
 def _check_all(Rs, tips, widths, own, own_id, cells, hand, box, palm_box, support_z_m, limits):
-    """Fault, blockers and counts of other objects' points, per candidate.
+    """Return fault, blockers and counts of other objects' points, per candidate.
 
     `box`: where points of other objects matter at all; `palm_box`: see `palm_bounds`.
     """

@@ -1,4 +1,4 @@
-"""Points grouped in cubic cells, so that kernels visit only those near a gripper."""
+"""Group points in cubic cells, so that kernels visit only those near a gripper."""
 
 from typing import NamedTuple
 
@@ -37,7 +37,7 @@ def group(points: Float[np.ndarray, "n 3"], tags: Int64[np.ndarray, "n"], cell_m
 def thin_out(
     points: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"], voxel_m: float
 ) -> tuple[Float[np.ndarray, "m 3"], Float[np.ndarray, "m 3"]]:
-    """One point per cube: mean position; mean normal, or at an edge (normals disagree) that of one point.
+    """Return one point per cube: mean position; mean normal, or one point's at an edge (normals disagree).
 
     Normals that are not finite become zero.
     """
@@ -48,7 +48,7 @@ def thin_out(
 
 
 def cell_runs(points: Float[np.ndarray, "n 3"], cell_m: float) -> tuple[np.ndarray, np.ndarray]:
-    """Order of the points by cell, and where each cell starts in that order, the end included."""
+    """Return the order of the points by cell, and where each cell starts in that order, including the end."""
     if len(points) == 0:
         return np.zeros(0, dtype=np.int64), np.zeros(1, dtype=np.int64)
     keys = _keys(points, cell_m)
@@ -59,7 +59,7 @@ def cell_runs(points: Float[np.ndarray, "n 3"], cell_m: float) -> tuple[np.ndarr
 
 @njit(cache=True)
 def _keys(points, cell_m):
-    """One integer per cell."""
+    """Return one integer per point, equal within a cell."""
     index = np.empty((len(points), 3), dtype=np.int64)
     lower, upper = np.full(3, 1 << 60), np.full(3, -(1 << 60))
     for i in range(len(points)):
@@ -75,7 +75,7 @@ def _keys(points, cell_m):
 
 @njit(cache=True)
 def _spheres(points, order, starts):
-    """Mean and largest distance from it, per cell."""
+    """Return the mean of each cell and the largest distance from it."""
     n = len(starts) - 1
     centers, radii = np.zeros((n, 3)), np.zeros(n)
     for c in range(n):
@@ -112,7 +112,7 @@ def _means(points, normals, order, starts):
 
 @njit(cache=True)
 def box_reached(R, tip, center, radius, box):
-    """Whether a sphere (world frame) comes near a box given in the frame (R, tip): lower and upper corner."""
+    """Check whether a sphere (world frame) comes near a box given in the frame (R, tip): lower and upper corner."""
     px, py, pz = center[0] - tip[0], center[1] - tip[1], center[2] - tip[2]
     for a in range(3):
         c = R[0, a] * px + R[1, a] * py + R[2, a] * pz
@@ -123,8 +123,8 @@ def box_reached(R, tip, center, radius, box):
 
 @njit(cache=True)
 def gather(R, tip, box, cells, local, index):
-    """Coordinates in the frame (R, tip), and indices, of the points in a box of that frame; returns how many."""
-    # Scalars: the compiler cannot know that the outputs do not overlap R and box, and would load those again.
+    """Write coordinates in the frame (R, tip), and indices, of the points in a box of that frame; return how many."""
+    # Scalars: the compiler cannot know that the outputs do not overlap R and box, and would reload them.
     r00, r10, r20 = R[0, 0], R[1, 0], R[2, 0]
     r01, r11, r21 = R[0, 1], R[1, 1], R[2, 1]
     r02, r12, r22 = R[0, 2], R[1, 2], R[2, 2]

@@ -1,4 +1,4 @@
-"""Asking a grasp planner, which may be anybody's: what it returns is a set of grasps, or the error says what it is."""
+"""Ask any grasp planner, and check that it returns a valid set of grasps."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -27,11 +27,11 @@ _ROTATION_TOLERANCE = 1e-4
 def ask_grasp_planner(
     planner: GraspPlanner, scene: SegmentedScene, volume: OcclusionVolume, rng: np.random.Generator
 ) -> GraspSet:
-    """The planner's grasps, in arrays of the kinds that kernels take.
+    """Return the planner's grasps, in arrays of the types that kernels expect.
 
     Raises:
-        GraspPlannerError: the planner crashed, or what it returned is no set of grasps for this scene.
-        TorcError: what the planner raises of its own accord.
+        GraspPlannerError: the planner crashed, or did not return a valid set of grasps for this scene.
+        TorcError: the planner raised it.
     """
     what = f"Grasp planner {type(planner).__name__}"
     with blamed(what, GraspPlannerError, _HELP):
@@ -43,7 +43,7 @@ def ask_grasp_planner(
 
 
 def grasp_faults(grasps: Any, scene: SegmentedScene) -> Iterator[str]:
-    """Why something is no set of grasps for a scene; what comes later may rest on what came before."""
+    """Yield the reasons why something is not a valid set of grasps for a scene; later ones may depend on earlier ones."""
     if not isinstance(grasps, GraspSet):
         yield f"plan() returned {kind_of_value(grasps)}, not a torc.records.GraspSet"
         return
@@ -67,7 +67,7 @@ def grasp_faults(grasps: Any, scene: SegmentedScene) -> Iterator[str]:
 
 
 def _shape_faults(grasps: GraspSet) -> Iterator[str]:
-    """Columns that are no arrays of numbers, one row per grasp."""
+    """Yield columns that are not arrays of numbers with one row per grasp."""
     count = np.shape(grasps.scores)[:1]
     for name, shape in _SHAPES.items():
         column = getattr(grasps, name)

@@ -1,4 +1,4 @@
-"""Thinned-out clouds of one snapshot, in the form in which the kernels want them."""
+"""Build thinned-out clouds of one snapshot, in the form that the kernels expect."""
 
 from dataclasses import dataclass
 
@@ -13,26 +13,26 @@ from torc.records import OcclusionVolume, SegmentedObject, SegmentedScene
 
 _HULL_DIRECTIONS = 64
 _FLAT_M, _FEWEST = 0.015, 20
-"""The support is what lies this close to its height, if that are so many points."""
+"""Points this close to the support's height are the support, if there are at least this many."""
 _NEAR_M, _SAMPLES = 0.006, 60
 
 
 @dataclass(frozen=True)
 class ObjectCloud:
-    """One object: what is seen of it, and what it may look like behind.
+    """One object: its seen points, and a guess at its back.
 
     Attributes:
         id: object id.
         points: seen points (the first `visible` rows), `felt` ones, then those guessed on its hidden back; world frame.
         normals: outward unit normals of these points; zero where unknown.
         visible, felt: how many of the points were seen, and felt.
-        cells: the same points grouped; the tag is 1 for seen and felt ones, 0 for guessed ones.
+        cells: these points grouped; the tag is 1 for seen and felt ones, 0 for guessed ones.
         hull: points that are outermost in some direction, for extents.
         completion: estimated centre and size.
         pixel_count: pixels of its mask.
         roughness_m: mean distance of its points from the planes through those near by.
         support_roughness_m: standard deviation of the height at which the support is seen.
-        sureness: how surely its mask is one object; 1 where masks are given.
+        sureness: probability that its mask is one object; 1 if masks are given.
     """
 
     id: int
@@ -56,11 +56,11 @@ class ObjectCloud:
 
 @dataclass(frozen=True)
 class SceneClouds:
-    """All that the generators, checks and features look at.
+    """The input of the generators, checks and features.
 
     Attributes:
         objects: objects large enough to be grasped, by rising id.
-        cells: the seen points of all objects, the small ones' too, tagged with their ids; coarser than `objects`.
+        cells: the seen points of all objects, including small ones, tagged with their ids; coarser than `objects`.
         forward: horizontal direction in which the camera looks.
         camera_position: world frame.
     """
@@ -93,7 +93,7 @@ def build_clouds(
 
 
 def _support_roughness_m(scene: SegmentedScene, support_z_m: float) -> float:
-    """As the median tells it, of what lies within reach of the support."""
+    """Return the standard deviation, by the median, of the height of what is near the support."""
     height = scene.background_points[:, 2] - support_z_m
     flat = height[np.abs(height) < _FLAT_M]
     return 1.48 * float(np.median(np.abs(flat - np.median(flat)))) if len(flat) >= _FEWEST else 0.0
@@ -106,7 +106,7 @@ def _roughness_m(o: SegmentedObject) -> float:
 
 @njit(cache=True)
 def roughness(points, normals, near, samples):
-    """Mean distance of points from the planes of points near by, of about so many of those."""
+    """Return the mean distance of about `samples` points from the planes of points near by."""
     total, count = 0.0, 0
     step = max(1, points.shape[0] // samples)
     for i in range(0, points.shape[0], step):
@@ -121,7 +121,7 @@ def roughness(points, normals, near, samples):
 
 
 def scene_cells(scene: SegmentedScene, config: CloudConfig) -> PointCells:
-    """Thinned-out points of all objects of a scene, grouped and tagged with their ids."""
+    """Return the thinned-out points of all objects of a scene, grouped and tagged with their ids."""
     thin = [
         (o.id, thin_out(o.points, o.normals, config.neighbour_voxel_m)[0])
         for o in scene.objects
@@ -131,7 +131,7 @@ def scene_cells(scene: SegmentedScene, config: CloudConfig) -> PointCells:
 
 
 def forward_direction(T_world_camera: Float[np.ndarray, "4 4"]) -> Float[np.ndarray, "3"]:
-    """Horizontal direction in which the camera looks; for one that looks straight down, its image's up."""
+    """Return the horizontal direction in which the camera looks; if it looks straight down, its image's up."""
     for axis in (T_world_camera[:3, 2], -T_world_camera[:3, 1]):
         flat = np.array([axis[0], axis[1], 0.0])
         if np.linalg.norm(flat) > 0.1:
@@ -175,7 +175,7 @@ def _group_all(thin: list[tuple[int, np.ndarray]], config: CloudConfig) -> Point
 
 
 def _spread_directions(n: int) -> Float[np.ndarray, "n 3"]:
-    """Unit vectors spread evenly over the sphere (a Fibonacci spiral)."""
+    """Return unit vectors spread evenly over the sphere (a Fibonacci spiral)."""
     k = np.arange(n) + 0.5
     z, turn = 1 - 2 * k / n, np.pi * (1 + 5**0.5) * k
     r = np.sqrt(1 - z**2)

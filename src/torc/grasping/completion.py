@@ -1,10 +1,10 @@
-"""A guess at the hidden back of an object that is seen from one side.
+"""Guess the hidden back of an object that is seen from one side.
 
 From a camera that looks slightly down, most of an object's back is hidden. Its depth along the viewing ray is
-taken to be what is seen of it, or about its width if that is more, and the seen points are repeated after half
-a turn about the vertical through its middle, where no snapshot has seen free space. For upright boxes (whatever
-their yaw), cans and bottles this is exact if the middle is; a mirror image would turn a box the other way. It
-doubles the share of objects with antipodal grasps.
+assumed to be its seen depth, or about its width if that is more. The seen points are repeated after half a turn about
+the vertical through its middle, except where a snapshot has seen free space. For upright boxes (whatever their yaw),
+cans and bottles this is exact if the middle is; a mirror image would turn a box the other way. It doubles the share
+of objects with antipodal grasps.
 """
 
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ class Completion:
     """What the whole object may be like.
 
     Attributes:
-        points, normals: points of the back that nothing speaks against, world frame.
+        points, normals: points of the back that nothing contradicts, world frame.
         center: estimated centre of mass.
         view: horizontal unit direction from the camera to the object.
         size_m: extent along `view`, across it, and in height.
@@ -41,7 +41,7 @@ class Completion:
 
 @dataclass(frozen=True)
 class AssumedBody:
-    """The upright box that an object is taken to fill; see `Completion`."""
+    """The upright box that an object is assumed to fill; see `Completion`."""
 
     center: Float[np.ndarray, "3"]
     view: Float[np.ndarray, "3"]
@@ -59,7 +59,7 @@ def complete(
     support_z_m: float,
     config: CloudConfig,
 ) -> Completion:
-    """Guess the hidden back of one object from its seen points; it reaches as far as the felt ones (world frame)."""
+    """Guess the hidden back of one object from its seen points; it extends to the felt ones (world frame)."""
     body = assumed_body(points, felt, camera_position, support_z_m, config)
     center = body.center
     turned, outward = turned_half(points, center), turned_half(normals, np.zeros(3))
@@ -74,7 +74,9 @@ def assumed_body(
     support_z_m: float,
     config: CloudConfig,
 ) -> AssumedBody:
-    """The box that an object is taken to fill, from its seen points and those that a finger felt (world frame)."""
+    """Return the box that an object is assumed to fill, from its seen points and those that a finger felt (world
+    frame).
+    """
     view = points.mean(axis=0) - camera_position
     view = np.array([view[0], view[1], 0.0])
     norm = np.linalg.norm(view)
@@ -93,27 +95,27 @@ def assumed_body(
 
 
 def robust_range(values: Float[np.ndarray, "n k"]) -> tuple[Float[np.ndarray, "k"], Float[np.ndarray, "k"]]:
-    """Least and greatest value per column, two stray points at either end left out."""
+    """Return the least and greatest value per column, leaving out two stray points at either end."""
     skip = min(_STRAY_POINTS, (len(values) - 1) // 2)
     ranked = np.partition(values, (skip, len(values) - 1 - skip), axis=0)
     return ranked[skip], ranked[len(values) - 1 - skip]
 
 
 def turned_half(points: Float[np.ndarray, "n 3"], center: Float[np.ndarray, "3"]) -> Float[np.ndarray, "n 3"]:
-    """Points after half a turn about the vertical through a centre."""
+    """Turn points by half a turn about the vertical through a centre."""
     out = points.copy()
     out[:, :2] = 2 * center[:2] - points[:, :2]
     return out
 
 
 def hidden_depth(seen_m: float, width_m: float, height_m: float, config: CloudConfig) -> float:
-    """Depth of an object along the viewing ray from what is seen of it."""
+    """Estimate an object's depth along the viewing ray from what is seen of it."""
     by_height = max(config.min_hidden_depth_m, config.depth_per_height * height_m)
     return max(seen_m, min(width_m, config.max_hidden_depth_m, by_height))
 
 
 def _contradicted(points: np.ndarray, object_id: int, volume: OcclusionVolume) -> Bool[np.ndarray, "n"]:
-    """Points in voxels that were seen to be free, or to hold another object."""
+    """Return which points lie in voxels that were seen to be free, or to hold another object."""
     out = volume.free_at(points)
     index = volume.grid.index_of(points)
     inside = volume.grid.contains(index)
@@ -123,7 +125,7 @@ def _contradicted(points: np.ndarray, object_id: int, volume: OcclusionVolume) -
 
 
 def _seen_already(turned: np.ndarray, points: np.ndarray, cell_m: float) -> Bool[np.ndarray, "n"]:
-    """Turned points in cells that hold seen points."""
+    """Return which turned points lie in cells that hold seen points."""
     both = np.concatenate([points, turned])
     index = np.floor(both / cell_m).astype(np.int64)
     index -= index.min(axis=0)

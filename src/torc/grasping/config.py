@@ -1,4 +1,4 @@
-"""Settings of grasp planning. Lengths in metres, angles in radians."""
+"""Settings of grasp planning. Lengths are in metres, angles in radians."""
 
 from dataclasses import dataclass, field, replace
 from typing import Self
@@ -15,11 +15,12 @@ class CloudConfig:
 
     Attributes:
         voxel_m: one averaged point per object and cube of this edge.
-        neighbour_voxel_m: the same for the cloud in which *other* objects are looked up.
+        neighbour_voxel_m: edge of the cubes in the cloud that is searched for *other* objects.
         cell_m: edge of the cells that neighbours are looked up in.
         min_pixels: objects with fewer visible pixels get no grasps.
-        max_hidden_depth_m: an object is taken to be no deeper along the viewing ray than this, unless seen. For hands
-            that open further than a 2F-85 it grows with the opening.
+        max_hidden_depth_m: assumed largest depth of an object along the viewing ray, unless more is seen. For hands
+            that
+            open further than a 2F-85 it grows with the opening.
         min_hidden_depth_m, depth_per_height: its depth is at least this, or this times its height.
     """
 
@@ -37,24 +38,25 @@ class CandidateConfig:
     """Which candidates are proposed.
 
     Attributes:
-        tilts_rad: angles of the approach from straight down; straight down itself is always there.
+        tilts_rad: angles of the approach from straight down, which is always included.
         yaws_rad: yaws of tilted approaches about the vertical, from the camera's forward direction.
         max_yaw_rad: no generator approaches further from forward than this.
         slice_m: distance between slices.
         depths_m: how far the fingertips reach below the top of a slice.
-        min_depth_m: shallower candidates, after keeping off the table, are dropped.
+        min_depth_m: candidates that are shallower after being raised off the table are dropped.
         spread_m: an object must be narrower than the opening by this to be centred between the fingers.
         gap_m: in objects that are too wide, parts separated by this much along the closing axis are grasped one by
             one (rims, handles).
-        closing_merge_rad: closing axes closer than this are one.
-        normal_clusters: closing axes taken from clusters of surface normals, at most.
+        closing_merge_rad: closing axes closer than this are merged.
+        normal_clusters: most closing axes taken from clusters of surface normals.
         max_frames: pairs of approach and closing axis that are sliced per object, drawn at random if there are more;
             those straight down always are.
-        slices_per_frame: slices per such pair, spread over the object.
-        max_raw: candidates per object and generator that are examined; of more, a choice is drawn at random.
+        slices_per_frame: slices per pair, spread over the object.
+        max_raw: candidates examined per object and generator, drawn at random if there are more.
         max_blocked: candidates per object that touch other objects and are examined further, drawn at random.
-        target_effort: how many times max_raw is examined, and max_frames is sliced, for the target: a single grasp that
-            is found ends the trial, and it often has only one or two.
+        target_effort: factor on max_raw and max_frames for the target: a single grasp of it ends the trial, and it
+            often
+            has only one or two.
     """
 
     tilts_rad: tuple[float, ...] = tuple(np.deg2rad([25.0, 50.0, 70.0, 85.0]).tolist())
@@ -74,7 +76,7 @@ class CandidateConfig:
     target_effort: int = 8
 
     def for_object(self, object_id: int) -> "CandidateConfig":
-        """The settings for one object: more effort for the target."""
+        """Return the settings for one object: more effort for the target."""
         effort = self.target_effort if object_id == TARGET_ID else 1
         return replace(self, max_raw=effort * self.max_raw, max_frames=effort * self.max_frames)
 
@@ -90,10 +92,10 @@ class CheckConfig:
         table_margin_m: distance of every part of the gripper to the support.
         tip_margin_m: distance of the fingertips to the support.
         approach_m: length of the straight approach within which the fingers must not pass through the object.
-        min_points_between: points of the object between the pads, at least.
-        max_foreign_between: points of other objects between the pads, at most.
-        max_own_in_fingers: points of the object inside the fingers, at most (stray points).
-        max_foreign_touching: points of other objects in the fingers' sweep or the palm, at most (stray points).
+        min_points_between: fewest points of the object between the pads.
+        max_foreign_between: most points of other objects between the pads.
+        max_own_in_fingers: most points of the object inside the fingers (stray points).
+        max_foreign_touching: most points of other objects in the fingers' sweep or the palm (stray points).
     """
 
     finger_margin_m: float = 0.003
@@ -110,13 +112,13 @@ class CheckConfig:
 
 @dataclass(frozen=True)
 class SelectionConfig:
-    """Which candidates are handed on.
+    """Which candidates are returned.
 
     Attributes:
         max_per_object: grasps per object.
-        spare: how many times as many are looked at before it is known which are free.
-        min_blocked_share: share of them kept for grasps whose gripper touches other objects, if there are any.
-        position_m, angle_rad: a grasp is a duplicate of a better one when the pads are closer than this and
+        spare: factor on that number until it is known which are free.
+        min_blocked_share: share reserved for grasps whose gripper touches other objects, if there are any.
+        position_m, angle_rad: a grasp is a duplicate of a better one if the pads are closer than this and
             both approach and closing axis differ by less.
     """
 
@@ -143,7 +145,7 @@ class GraspConfig(ConfigTraits):
 
     @classmethod
     def rough(cls) -> Self:
-        """For depth with a sensor's errors."""
+        """Return the settings for depth with a sensor's errors."""
         return cls(rough_depth=True)
 
 
@@ -154,7 +156,7 @@ class ValidityConfig:
     Attributes:
         max_branches: inverse-kinematics branches tried per grasp, best first; more than 16 hardly ever help.
         branch_rounds: they are tried in rounds up to these numbers; grasps with a free branch leave.
-        blocked_branches: branches looked at per grasp without a free one, to see who is in the way.
+        blocked_branches: branches examined per grasp without a free one, to see what is in the way.
         checks: thresholds on points between and in the fingers.
         clouds: how the scene's clouds are thinned out for that.
     """

@@ -1,4 +1,4 @@
-"""Compiled features of candidates. Column numbers are those of the first entries of `features.FEATURE_NAMES`."""
+"""Compute features of candidates, compiled. Column numbers are those of the first entries of `features.FEATURE_NAMES`."""
 
 from typing import NamedTuple
 
@@ -18,7 +18,7 @@ _PALM_LATTICE_M = 0.020
 
 
 class UnseenSpace(NamedTuple):
-    """What was never seen, and what hides it, as in OcclusionVolume; the bit of the object itself."""
+    """What was never seen, and what hides it, as in OcclusionVolume; and the bit of the object itself."""
 
     seen: Bool[np.ndarray, "nx ny nz"]
     hidden_by: UInt64[np.ndarray, "nx ny nz"]
@@ -51,7 +51,7 @@ def candidate_features(Rs, tips, widths, cells, normals, hull, center_view, hand
 
 @njit(cache=True)
 def _contacts(local, seen_point, index, width, hand, row):
-    """Columns 0-17 and 28: contacts on either side and points between the pads."""
+    """Fill columns 0-17 and 28: contacts on either side and points between the pads."""
     half = 0.5 * width + SLACK_M
     low, high = 1e9, -1e9
     seen_low, seen_high = 1e9, -1e9
@@ -80,7 +80,7 @@ def _contacts(local, seen_point, index, width, hand, row):
             if gap > CONTACT_M:
                 continue
             outward = -local[i, 3] if side == 0 else local[i, 3]
-            # In thin objects a point is near both extremes: its normal says which face it is on.
+            # In thin objects a point is near both extremes: its normal decides which face it is on.
             if outward < -0.2:
                 continue
             count[1, side] += 1
@@ -118,7 +118,7 @@ def _contacts(local, seen_point, index, width, hand, row):
 
 @njit(cache=True)
 def _shape(local, seen_point, index, width, hand, row):
-    """Columns 18-20: how deep the grasp reaches, and what lies beyond it."""
+    """Fill columns 18-20: how deep the grasp reaches, and what lies beyond it."""
     first, last = 1e9, -1e9
     beyond_low, beyond_high = 1e9, -1e9
     for i in range(len(local)):
@@ -137,7 +137,7 @@ def _shape(local, seen_point, index, width, hand, row):
 
 @njit(cache=True)
 def _extents(R, tip, hull, row):
-    """Columns 21-25: extents of the whole object in the grasp frame, and the grasp's place on it."""
+    """Fill columns 21-25: extents of the whole object in the grasp frame, and the grasp's place on it."""
     for a in range(3):
         low, high = 1e9, -1e9
         for i in range(len(hull)):
@@ -154,7 +154,7 @@ def _extents(R, tip, hull, row):
 
 @njit(cache=True)
 def _pose(R, tip, width, center_view, hand, support_z_m, row):
-    """Columns 26, 27 and 29-40: width, lever, directions, heights."""
+    """Fill columns 26, 27 and 29-40: width, lever, directions, heights."""
     row[26], row[27] = width, hand.max_width_m - width
     middle = np.empty(3)
     along = 0.0
@@ -175,9 +175,9 @@ def _pose(R, tip, width, center_view, hand, support_z_m, row):
 
 @njit(cache=True)
 def _unknown_share(R, tip, low, high, space, lattice_m):
-    """Share of a box (grasp frame) that was never seen, and that is unseen and not hidden by the own object.
+    """Return the shares of a box (grasp frame) never seen, and of those, not hidden by the object itself.
 
-    On a lattice of about `lattice_m`. What lies outside the grid counts as seen.
+    Sampled on a lattice of about `lattice_m`. Space outside the grid counts as seen.
     """
     seen, hidden_by, own_bit, origin, voxel_m = space
     steps = np.empty(3, dtype=np.int64)
@@ -205,7 +205,7 @@ def _unknown_share(R, tip, low, high, space, lattice_m):
 
 @njit(cache=True)
 def _unknown(R, tip, width, hand, space, row):
-    """Columns 41-45: unseen share of fingers (closed to open), palm and the space between the pads."""
+    """Fill columns 41-45: unseen share of fingers (closed to open), palm and the space between the pads."""
     low, high = np.empty(3), np.empty(3)
     outer = 0.5 * hand.max_width_m + hand.finger_x
     low[1], high[1], low[2], high[2] = -hand.finger_y, hand.finger_y, -hand.finger_z, 0.0

@@ -1,9 +1,9 @@
-"""What is measured of a candidate, as input of the score.
+"""Measure candidates, as input of the score.
 
 Grasp frame: x closing, z approach, closed fingertips at z = 0. "Pads": the volume between the pads. "Seen" points
 were seen, "all" includes those guessed on the hidden back. A contact is a point between the pads within
 8 mm of the outermost one on its side; it is aligned if its normal is within 30 degrees of the closing axis.
-Lengths in metres; points are those of the thinned-out clouds.
+Lengths are in metres; points are those of the thinned-out clouds.
 """
 
 from types import MappingProxyType
@@ -91,7 +91,7 @@ _OBJECT_FEATURES = {
     "sureness": "how surely its mask is one object, 1 where masks are given",
 }
 FEATURE_DOCS = MappingProxyType({**_CANDIDATE_FEATURES, **_OBJECT_FEATURES})
-"""What each feature is, by name, in the order of the columns."""
+"""The meaning of each feature, by name, in the order of the columns."""
 FEATURE_NAMES: tuple[str, ...] = tuple(FEATURE_DOCS)
 """Names of the columns."""
 _COLUMN_M = 0.01
@@ -108,7 +108,7 @@ def compute_features(
     support_z_m: float,
     camera_position: Float[np.ndarray, "3"],
 ) -> Float32[np.ndarray, "n f"]:
-    """Features of the candidates of one object. `foreign`: see `checks.CheckResult`."""
+    """Return the features of the candidates of one object. `foreign`: see `candidate_checks.CheckResult`."""
     out = np.zeros((len(candidates), len(FEATURE_NAMES)), dtype=np.float32)
     if len(candidates) == 0:
         return out
@@ -143,7 +143,7 @@ def compute_features(
 def _object_features(
     cloud: ObjectCloud, cells: PointCells, support_z_m: float, camera_position: Float[np.ndarray, "3"]
 ) -> Float[np.ndarray, "f"]:
-    """Values in the order of _OBJECT_FEATURES."""
+    """Return values in the order of _OBJECT_FEATURES."""
     seen, normals = cloud.points[: cloud.visible], cloud.normals[: cloud.visible]
     low, high = seen.min(axis=0), seen.max(axis=0)
     near = (cells.tags != cloud.id) & np.all(
@@ -175,7 +175,7 @@ def _object_features(
 
 @njit(cache=True)
 def _neighbours(own, others, low):
-    """Others' points above the own ones (in 1 cm columns), and others' points that come close to an own one."""
+    """Count others' points above the own ones (in 1 cm columns), and others' points close to an own one."""
     nx = int((own[:, 0].max() - low[0]) / _COLUMN_M) + 1
     ny = int((own[:, 1].max() - low[1]) / _COLUMN_M) + 1
     top = np.full((nx, ny), 1e9)

@@ -1,4 +1,4 @@
-"""Geometric grasp planning: propose, check, measure, score, select."""
+"""Plan grasps by geometry: propose, check, measure, score, select."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -28,7 +28,7 @@ MODEL_PATH = Path(__file__).parent / "data" / "grasp_model.npz"
 
 @cache
 def default_scorer(rough_depth: bool = False) -> GraspScorer:
-    """The shipped model, as it is calibrated for exact depth or for depth with a sensor's errors; read once."""
+    """Load the shipped model, calibrated for exact depth or for depth with a sensor's errors; read once."""
     model = load_trees(MODEL_PATH, FEATURE_NAMES)
     return model.for_rough_depth() if rough_depth else model
 
@@ -50,14 +50,14 @@ _DEPTH_PER_OPENING = 0.88
 
 @dataclass(frozen=True)
 class CandidateSet:
-    """Candidates that are graspable as far as their own object and the table go, before selection.
+    """Candidates before selection that are graspable as far as their own object and the table are concerned.
 
     Attributes:
         grasps: in the order of proposal.
         features: one row per grasp, columns FEATURE_NAMES.
         blocked: the gripper touches other objects or has them between its pads.
         blockers: which objects those are, bit k for object id k.
-        proposed: how many candidates were examined, the rejected ones too.
+        proposed: how many candidates were examined, including rejected ones.
     """
 
     grasps: GraspSet
@@ -74,7 +74,7 @@ class Proposals:
     Attributes:
         raw: where the gripper would be.
         generators: index into the planner's generator_names.
-        scores: what is to stand in place of the planner's own score; None for that.
+        scores: replace the planner's own score; None to keep it.
     """
 
     raw: RawCandidates
@@ -86,7 +86,7 @@ Rngs = Mapping[int, np.random.Generator]
 
 
 class GeometricGraspPlanner:
-    """Grasps from geometry alone; needs no trained network, only a score.
+    """Plans grasps from geometry alone; needs no trained network, only a score.
 
     Args:
         gripper: the gripper.
@@ -96,7 +96,7 @@ class GeometricGraspPlanner:
     """
 
     generator_names: tuple[str, ...] = GENERATOR_NAMES
-    """Who proposes."""
+    """Names of the generators."""
 
     def __init__(
         self,
@@ -113,7 +113,7 @@ class GeometricGraspPlanner:
         self.scorer = default_scorer(self.config.rough_depth) if scorer is None else scorer
 
     def plan(self, scene: SegmentedScene, volume: OcclusionVolume, rng: np.random.Generator) -> GraspSet:
-        """Grasps of all visible objects that are large enough, the best of each object first."""
+        """Return grasps of all visible objects that are large enough, the best of each object first."""
         parts, config = self._propose(scene, volume, rng), self.config.selection
         kept = [thinned(p.grasps.scores, p.blocked, p.grasps.Ts_world_tcp, config) for p in parts]
         free = [k[~p.blocked[k]] for p, k in zip(parts, kept)]
@@ -131,7 +131,7 @@ class GeometricGraspPlanner:
     def candidates(
         self, scene: SegmentedScene, volume: OcclusionVolume, rng: np.random.Generator
     ) -> CandidateSet:
-        """What `plan` selects from; for training. The same candidates for the same generator state."""
+        """Return what `plan` selects from, for training. Equal generator states give equal candidates."""
         parts = self._propose(scene, volume, rng)
         return CandidateSet(
             self._concatenated([p.grasps for p in parts]),
@@ -142,11 +142,11 @@ class GeometricGraspPlanner:
         )
 
     def propose(self, scene: SegmentedScene, clouds: SceneClouds, rngs: Rngs) -> Mapping[int, Proposals]:
-        """Unchecked candidates for each of `clouds.objects`; a subclass may take them from elsewhere.
+        """Return unchecked candidates for each of `clouds.objects`; a subclass may take them from elsewhere.
 
         Args:
-            scene: as it was perceived.
-            clouds: the same, thinned out and completed.
+            scene: as perceived.
+            clouds: the scene's clouds, thinned out and completed.
             rngs: a generator per object id.
         """
         return {cloud.id: self._generated(cloud, clouds, rngs[cloud.id]) for cloud in clouds.objects}
@@ -175,9 +175,9 @@ class GeometricGraspPlanner:
     def _propose(
         self, scene: SegmentedScene, volume: OcclusionVolume, rng: np.random.Generator
     ) -> list[CandidateSet]:
-        """The candidates of each object."""
+        """Return the candidates of each object."""
         clouds = build_clouds(scene, volume, self.support_z_m, self.config.clouds)
-        # A seed per id: what is drawn for one object does not depend on which others are seen.
+        # A seed per id: the draws for one object do not depend on which others are seen.
         seeds = rng.integers(1 << 62, size=MAX_OBJECTS)
         rngs = {cloud.id: np.random.default_rng(seeds[cloud.id]) for cloud in clouds.objects}
         proposed = self.propose(scene, clouds, rngs)
@@ -194,7 +194,7 @@ class GeometricGraspPlanner:
         volume: OcclusionVolume,
         rng: np.random.Generator,
     ) -> CandidateSet:
-        """Those of an object's proposals that pass the checks, with their features and scores."""
+        """Return those of an object's proposals that pass the checks, with their features and scores."""
         hand, z, raw = self.hand, self.support_z_m, proposals.raw
         found = check_candidates(raw, cloud, clouds.cells, hand, z, self.config.checks)
         most = self.config.candidates.max_blocked
@@ -218,7 +218,7 @@ class GeometricGraspPlanner:
         return CandidateSet(grasps, features, found.blocked[keep], found.blockers[keep], len(raw))
 
     def _concatenated(self, parts: list[GraspSet]) -> GraspSet:
-        """All grasps of several sets, in order."""
+        """Concatenate several sets of grasps."""
         parts = parts or [NO_GRASPS]
         columns: dict[str, Any] = {n: np.concatenate([getattr(p, n) for p in parts]) for n in _COLUMNS}
         return GraspSet(**columns, generator_names=self.generator_names)
@@ -232,7 +232,7 @@ class GeometricGraspPlanner:
 
 
 def _for_hand(config: GraspConfig, hand: HandGeometry) -> GraspConfig:
-    """The settings for a hand: what a wide one may hold is taken to be deeper than the default."""
+    """Return the settings for a hand: objects in a wide one may be deeper than the default."""
     depth = max(config.clouds.max_hidden_depth_m, _DEPTH_PER_OPENING * hand.max_width_m)
     return replace(config, clouds=replace(config.clouds, max_hidden_depth_m=depth))
 
@@ -240,7 +240,7 @@ def _for_hand(config: GraspConfig, hand: HandGeometry) -> GraspConfig:
 def _drawn_blocked(
     sound: Bool[np.ndarray, "n"], blocked: Bool[np.ndarray, "n"], limit: int, rng: np.random.Generator
 ) -> Bool[np.ndarray, "n"]:
-    """The sound candidates, of the blocked ones only a random choice."""
+    """Return the sound candidates, with only a random choice of the blocked ones."""
     index = np.flatnonzero(sound & blocked)
     keep = sound.copy()
     if len(index) > limit:
@@ -249,5 +249,5 @@ def _drawn_blocked(
 
 
 def _rows(grasps: GraspSet, index: np.ndarray) -> GraspSet:
-    """The grasps of an index, in its order."""
+    """Return the grasps of an index, in its order."""
     return replace(grasps, **{name: getattr(grasps, name)[index] for name in _COLUMNS})

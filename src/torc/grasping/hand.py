@@ -1,4 +1,4 @@
-"""The gripper as a few numbers, in the form in which the kernels want it.
+"""Describe the gripper by a few numbers, in the form that the kernels expect.
 
 All lengths refer to the grasp frame of a grasp of width w: x closing, z approach, the closed fingertips at z = 0.
 Fingertips may travel on an arc: opened, they are drawn back by `reach(w)` (0 for a gripper with straight travel).
@@ -26,9 +26,9 @@ class HandGeometry(NamedTuple):
         max_width_m: largest opening.
         pad_y, pad_z: half width and height of a pad.
         finger_y, finger_x, finger_z: half width, thickness and length of a finger.
-        palm: centre and half size of the boxes that are no fingers, relative to the TCP of the *open* gripper.
-        palm_ranges: the same boxes for tests of points: least and greatest |x|, greatest |y|, least and greatest z.
-            The gripper is taken to be symmetric about both planes (else: to be as large as its larger half).
+        palm: centre and half size of the boxes other than fingers, relative to the TCP of the *open* gripper.
+        palm_ranges: these boxes for tests of points: least and greatest |x|, greatest |y|, least and greatest z.
+            The gripper is assumed symmetric about both planes (else: as large as its larger half).
         reach_m: per millimetre of width, how far the fingertips lie ahead of those of the open gripper.
     """
 
@@ -44,7 +44,7 @@ class HandGeometry(NamedTuple):
 
 
 def hand_geometry(gripper: GripperDescription) -> HandGeometry:
-    """Kernel form of a gripper. Raises InputError if its fingers do not enclose the TCP along x."""
+    """Return the kernel form of a gripper. Raises InputError if its fingers do not enclose the TCP along x."""
     width = gripper.max_width_m
     left, right = sorted(gripper.finger_boxes(width), key=lambda b: b.center[0])
     lower = np.minimum(left.center - left.half_size, right.center - right.half_size)
@@ -74,7 +74,7 @@ def hand_geometry(gripper: GripperDescription) -> HandGeometry:
 
 
 def _ranges(palm: Float[np.ndarray, "k 6"]) -> Float[np.ndarray, "r 5"]:
-    """Palm boxes as ranges of |x|, |y| and z, each only once."""
+    """Return palm boxes as ranges of |x|, |y| and z, without duplicates."""
     center, half = np.abs(palm[:, :2]), palm[:, 3:5]
     low, high = np.maximum(center - half, 0.0), center + half
     z = np.stack([palm[:, 2] - palm[:, 5], palm[:, 2] + palm[:, 5]], axis=1)
@@ -83,11 +83,11 @@ def _ranges(palm: Float[np.ndarray, "k 6"]) -> Float[np.ndarray, "r 5"]:
 
 
 def _slender_parts(center: np.ndarray, half: np.ndarray) -> list[np.ndarray]:
-    """Boxes (centre, half size) that together hold what a bounding box of the open gripper holds.
+    """Return boxes (centre, half size) that together hold what a bounding box of the open gripper holds.
 
-    The links that carry the fingers lean outwards when the gripper is open. Their bounding box would fill the
-    space between the fingers where tall objects go; a row of smaller boxes along its diagonal, as thick as
-    the link is wide, does not. Boxes across the middle, or as slim as wide, are no such links and stay.
+    The links that carry the fingers lean outwards when the gripper is open. Their bounding box would fill the space
+    between the fingers where tall objects go; a row of smaller boxes along its diagonal, as thick as the link is wide,
+    does not. Boxes across the middle, or as slim as wide, are not links of this kind and stay.
     """
     x_inner, x_outer, radius = abs(center[0]) - half[0], abs(center[0]) + half[0], half[1]
     if x_inner <= 0 or half[0] < _SLENDER * radius or half[2] < _SLENDER * radius:
@@ -104,7 +104,7 @@ def _slender_parts(center: np.ndarray, half: np.ndarray) -> list[np.ndarray]:
 
 @njit(cache=True)
 def reach_at(reach_m, width_m):
-    """Linear interpolation of `HandGeometry.reach_m`, held constant outside."""
+    """Interpolate `HandGeometry.reach_m` linearly, constant outside."""
     s = width_m / 0.001
     if s <= 0.0:
         return reach_m[0]
@@ -116,16 +116,16 @@ def reach_at(reach_m, width_m):
 
 @njit(cache=True)
 def sweep_end_z(distance, width_m, shift_z, hand):
-    """How far forward a closing finger comes at a distance |x| from the grasp's centre (grasp frame z).
+    """Return how far forward a closing finger comes at a distance |x| from the grasp's centre (grasp frame z).
 
-    A finger covers |x| while half the opening lies in [|x| - thickness, |x|]; the smallest such opening, but
+    A finger covers |x| while half the opening lies in [|x| - thickness, |x|]; the smallest of these openings, but
     not below the grasp's width, comes furthest. `shift_z` = -reach_at(width).
     """
     return reach_at(hand.reach_m, max(width_m, 2.0 * (distance - hand.finger_x))) + shift_z
 
 
 def hand_bounds(hand: HandGeometry, margin_m: float) -> Float[np.ndarray, "2 3"]:
-    """Lower and upper corner, in the grasp frame, of a box that holds the gripper at any opening."""
+    """Return the lower and upper corner, in the grasp frame, of a box that holds the gripper at any opening."""
     half_x, half_y = hand.max_width_m / 2 + hand.finger_x, hand.finger_y
     low, high = np.array([-half_x, -half_y, -hand.finger_z]), np.array([half_x, half_y, 0.0])
     if len(hand.palm):
@@ -137,7 +137,7 @@ def hand_bounds(hand: HandGeometry, margin_m: float) -> Float[np.ndarray, "2 3"]
 
 @njit(cache=True)
 def clear_of_support(R, tip, shift_z, hand, support_z_m, table_margin_m, tip_margin_m):
-    """Whether open gripper (drawn back by -shift_z) and closed fingertips keep their distance to the support."""
+    """Check whether open gripper (drawn back by -shift_z) and closed fingertips keep their distance to the support."""
     side = abs(R[2, 1]) * hand.finger_y
     outer = abs(R[2, 0]) * (0.5 * hand.max_width_m + hand.finger_x)
     if tip[2] - outer - side < support_z_m + tip_margin_m:
@@ -156,10 +156,10 @@ def clear_of_support(R, tip, shift_z, hand, support_z_m, table_margin_m, tip_mar
 
 @njit(cache=True)
 def in_fingers(x, y, z, width_m, shift_z, back_m, margin_m, slack_m, hand):
-    """Whether a point (grasp frame) lies in what the fingers sweep from fully open to closed, grown by a margin.
+    """Check whether a point (grasp frame) lies in the fingers' sweep from fully open to closed, grown by a margin.
 
-    `slack_m`: points less than this outside the closed pads are not counted. `back_m`: how far the sweep is
-    extended backwards beyond the open fingers.
+    `slack_m`: points less than this outside the closed pads do not count. `back_m`: how far the sweep extends backwards
+    beyond the open fingers.
     """
     if abs(y) > hand.finger_y + margin_m or z > margin_m:
         return False
@@ -173,7 +173,7 @@ def in_fingers(x, y, z, width_m, shift_z, back_m, margin_m, slack_m, hand):
 
 @njit(cache=True)
 def in_palm(x, y, z, shift_z, margin_m, hand):
-    """Whether a point (grasp frame) lies in the open gripper's palm boxes, grown by a margin."""
+    """Check whether a point (grasp frame) lies in the open gripper's palm boxes, grown by a margin."""
     x, y, z = abs(x), abs(y), z - shift_z
     for k in range(len(hand.palm_ranges)):
         x_low, x_high, y_high, z_low, z_high = hand.palm_ranges[k]
@@ -185,5 +185,5 @@ def in_palm(x, y, z, shift_z, margin_m, hand):
 
 @njit(cache=True)
 def between_pads(x, y, z, half_x, hand):
-    """Whether a point (grasp frame) lies within |x| < half_x and within the pads along y and z."""
+    """Check whether a point (grasp frame) lies within |x| < half_x and within the pads along y and z."""
     return abs(x) < half_x and abs(y) < hand.pad_y and z <= 0.0 and z > -hand.pad_z

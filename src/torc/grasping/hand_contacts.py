@@ -1,4 +1,4 @@
-"""What the gripper alone touches, voxel by voxel."""
+"""Find what the gripper alone touches, voxel by voxel."""
 
 from typing import NamedTuple
 
@@ -21,9 +21,9 @@ def hand_contacts(
     world: CollisionWorld,
     hand: HandGeometry,
 ) -> tuple[UInt64[np.ndarray, "n"], Bool[np.ndarray, "n"]]:
-    """Objects (bit masks) and fixed things that the open gripper touches at each grasp.
+    """Return the objects (bit masks) and fixed things that the open gripper touches at each grasp.
 
-    As `torc.collision.contacts.blockers` counts: voxels hidden by the own object and its surface are left out;
+    Counts as `torc.collision.contacts.blockers` does: voxels hidden by the own object and its surface are left out;
     occupied voxels without an owner are fixed.
     """
     config = world.config
@@ -39,7 +39,7 @@ def voxel_blockers(
     volume: OcclusionVolume,
     hand: HandGeometry,
 ) -> UInt64[np.ndarray, "n"]:
-    """Other objects whose surface voxels, or never-seen voxels hidden by them, the open gripper touches."""
+    """Return other objects whose surface voxels, or never-seen voxels hidden by them, the open gripper touches."""
     owned = volume.surface_label >= 0
     kind = np.where(volume.seen & ~owned, np.uint8(FREE), np.uint8(SURFACE))
     bit = np.uint64(1) << np.maximum(volume.surface_label, 0).astype(np.uint64)
@@ -49,7 +49,7 @@ def voxel_blockers(
 
 
 class _Voxels(NamedTuple):
-    """Kind and owners of every voxel, and where the grid lies."""
+    """Kind and owners of every voxel, and the grid's place."""
 
     kind: UInt8[np.ndarray, "nx ny nz"]
     owners: UInt64[np.ndarray, "nx ny nz"]
@@ -84,7 +84,7 @@ def _found(
 
 
 def open_boxes(hand: HandGeometry) -> Float[np.ndarray, "b 6"]:
-    """Centre and half size of all boxes of the open gripper, in the frame of its own TCP: fingers, then the rest."""
+    """Return centre and half size of all boxes of the open gripper, in the frame of its TCP: fingers, then the rest."""
     opening, _, _, half_y, thickness, length = hand[:6]
     x = opening / 2 + thickness / 2
     fingers = [[s * x, 0.0, -length / 2, thickness / 2, half_y, length / 2] for s in (-1, 1)]
@@ -115,7 +115,7 @@ def _contacts(Ts, widths, own_ids, parts, reach_m, voxels, fixed, paddings):
 
 @njit(cache=True)
 def _voxels_in_box(R, center, half, own, voxels):
-    """Owners of occupied voxels, and whether some have none, whose centres lie in a box grown by half a voxel."""
+    """Return the owners of occupied voxels in a box grown by half a voxel, and whether some have no owner."""
     kind, owners, origin, voxel_m = voxels
     bits, ownerless = np.uint64(0), False
     lower, upper = np.empty(3, np.int64), np.empty(3, np.int64)
@@ -145,7 +145,7 @@ def _voxels_in_box(R, center, half, own, voxels):
 
 @njit(cache=True)
 def _in_fixed(R, center, half, fixed, padding_m):
-    """Whether some point of a box's 1 cm lattice (corners included) lies in a fixed box, grown."""
+    """Check whether some point of a box's 1 cm lattice (corners included) lies in a fixed box, grown."""
     steps = np.empty(3, np.int64)
     for a in range(3):
         steps[a] = max(1, int(np.ceil(2 * half[a] / _LATTICE_M)))

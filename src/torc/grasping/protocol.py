@@ -1,4 +1,4 @@
-"""What a grasp planner and a grasp score are."""
+"""The protocols of grasp planners and grasp scores."""
 
 from typing import Protocol, runtime_checkable
 
@@ -13,7 +13,7 @@ class GraspPlanner(Protocol):
     """Proposes grasps for the visible objects of one snapshot."""
 
     def plan(self, scene: SegmentedScene, volume: OcclusionVolume, rng: np.random.Generator) -> GraspSet:
-        """Candidate grasps, the best of each object first; the same inputs and generator state, the same grasps.
+        """Return candidate grasps, the best of each object first; equal inputs and generator states give equal grasps.
 
         Grasps whose gripper touches *other* objects may be among them: who blocks whom is decided later.
         """
@@ -25,5 +25,5 @@ class GraspScorer(Protocol):
     """Rates candidates by their features."""
 
     def score(self, features: Float32[np.ndarray, "n f"]) -> Float[np.ndarray, "n"]:
-        """Probability that the object is held after the lift, columns as in `features.FEATURE_NAMES`."""
+        """Return the probability that the object is held after the lift; columns as in `features.FEATURE_NAMES`."""
         ...

@@ -1,4 +1,4 @@
-"""Why nothing can be grasped, in words, by the counts of what each grasp failed at."""
+"""Explain in words why nothing can be grasped, by the counts of the checks that failed."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -29,7 +29,7 @@ _REMEDIES: Mapping[GraspStatus, str] = MappingProxyType(
 
 
 def why_none_is_valid(report: GraspReport) -> str:
-    """The counts of the rejected grasps, most frequent first, and what to look at if nearly all fail for one reason."""
+    """Return the counts of the rejected grasps, most frequent first, and a remedy if nearly all fail for one reason."""
     if not report.object_ids:
         return "No object is in sight."
     total = len(report.status)

@@ -1,4 +1,4 @@
-"""The grasps of one object to hand on: the best, none too alike, both free and blocked ones."""
+"""Select the grasps of one object to return: the best, none too similar, both free and blocked ones."""
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -13,9 +13,9 @@ def thinned(
     Ts_world_tcp: Float[np.ndarray, "n 4 4"],
     config: SelectionConfig,
 ) -> np.ndarray:
-    """Indices of grasps that are not too alike: by falling score, free ones and blocked ones apart.
+    """Return indices of grasps that are not too similar: by falling score, first free, then blocked ones.
 
-    More than are handed on in the end, so that further checks can choose among them.
+    These are more than are returned in the end, so that further checks can choose among them.
     """
     order = np.argsort(-scores, kind="stable")
     is_blocked = blocked[order]
@@ -28,9 +28,9 @@ def thinned(
 def chosen(
     kept: np.ndarray, scores: Float[np.ndarray, "n"], blocked: Bool[np.ndarray, "n"], config: SelectionConfig
 ) -> np.ndarray:
-    """The best of the indices `kept`, by falling score; ties by index.
+    """Return the best of the indices `kept`, by falling score; ties by index.
 
-    Free grasps have all places but a share that is held for blocked ones; unused places go to the other kind.
+    Free grasps get all places except a share reserved for blocked ones; unused places go to the other kind.
     """
     order = kept[np.lexsort((kept, -scores[kept]))]
     free, held_up = order[~blocked[order]], order[blocked[order]]
@@ -42,7 +42,7 @@ def chosen(
 
 @njit(cache=True)
 def _suppress(order, Ts, distance2, cosine, limit):
-    """Which of the indices to keep, in the order of merit: greedy non-maximum suppression."""
+    """Return which of the indices to keep, in the order of merit: greedy non-maximum suppression."""
     keep = np.zeros(len(order), dtype=np.bool_)
     chosen = np.empty(limit, dtype=np.int64)
     n = 0

@@ -25,21 +25,21 @@ _NODE = np.dtype(
 
 @dataclass(frozen=True)
 class TreeModel:
-    """A sum of binary trees on the log-odds scale, and a calibration of the probability it gives.
+    """A sum of binary trees on the log-odds scale, and a calibration of the resulting probability.
 
     Nodes of all trees lie in one table; children are indices into it. At an inner node a sample goes left if its
-    feature is <= the threshold, or, where it is NaN, if `missing_left` says so.
+    feature is <= the threshold, or is NaN and `missing_left` is set.
 
     Attributes:
         feature: column tested at each node; -1 at a leaf.
         threshold: compared with that column.
         left, right: children; 0 at a leaf.
-        value: added up over the leaves that are reached.
+        value: summed over the leaves that are reached.
         missing_left: where NaN goes.
         roots: first node of each tree.
         baseline: log-odds to which the leaves' values are added.
         knots_p, knots_held: calibration, piecewise linear from raw to calibrated probability; both rising.
-        knots_rough: takes the place of knots_held where depth has a sensor's errors; empty if nothing does.
+        knots_rough: replaces knots_held if depth has a sensor's errors; empty for no replacement.
         feature_names: the columns.
         data_sha256: hash of the training data, as text; empty if unknown.
         notes: how it was trained, for people.
@@ -66,11 +66,11 @@ class TreeModel:
             raise InputError(f"Unusable grasp model: {problem}. Train it again.")
 
     def for_rough_depth(self) -> "TreeModel":
-        """The model as it is calibrated for depth with a sensor's errors."""
+        """Return the model calibrated for depth with a sensor's errors."""
         return replace(self, knots_held=self.knots_rough) if len(self.knots_rough) else self
 
     def score(self, features: Float32[np.ndarray, "n f"]) -> Float[np.ndarray, "n"]:
-        """Calibrated probability per row."""
+        """Return the calibrated probability per row."""
         x = kernel_array(features, np.float32)
         raw = _log_odds(x, self._nodes, self._levels, self.value, self.roots, self.baseline)
         return np.interp(1.0 / (1.0 + np.exp(-raw)), self.knots_p, self.knots_held)
@@ -98,7 +98,7 @@ class TreeModel:
 
 
 def _rounded_down(threshold: Float[np.ndarray, "n"]) -> Float32[np.ndarray, "n"]:
-    """The largest number of single precision that is not above each: features, which have it, go the same way."""
+    """Return the largest single-precision number not above each: single-precision features then go the same way."""
     with np.errstate(over="ignore"):
         near = threshold.astype(np.float32)
     return np.where(near > threshold, np.nextafter(near, np.float32(-np.inf)), near)
@@ -106,10 +106,11 @@ def _rounded_down(threshold: Float[np.ndarray, "n"]) -> Float32[np.ndarray, "n"]
 
 @njit(cache=True)
 def _log_odds(features, nodes, levels, value, roots, baseline):
-    """Per row the baseline and the leaf values of all trees.
+    """Return, per row, the baseline plus the leaf values of all trees.
 
-    All rows walk a tree side by side, as many steps as the deepest tree has: no step waits for the one before, and no
-    branch is guessed wrong, which is 2.5 times as fast as one row after the other.
+    All rows walk a tree side by side, for as many steps as the deepest tree has: no step waits for the one before, and
+    no
+    branch is mispredicted, which is 2.5 times as fast as one row after the other.
     """
     out = np.full(len(features), baseline)
     at = np.empty(len(features), np.int32)
@@ -127,7 +128,7 @@ def _log_odds(features, nodes, levels, value, roots, baseline):
 
 
 def save_trees(path: Path, model: TreeModel) -> None:
-    """Write a model; complete or not at all."""
+    """Write a model, completely or not at all."""
     aside = path.with_name(path.name + ".part")
     arrays = {f.name: np.asarray(getattr(model, f.name)) for f in fields(TreeModel)}
     with aside.open("wb") as file:
@@ -141,7 +142,7 @@ def load_trees(path: Path, feature_names: tuple[str, ...]) -> TreeModel:
     Raises InputError if the file is damaged, of another version, or for other features.
     """
     try:
-        # Opened here: numpy leaves the file open when it is no archive.
+        # Opened here: numpy leaves the file open if it is not an archive.
         with path.open("rb") as file, np.load(file, allow_pickle=False) as data:
             if int(data["version"]) != MODEL_VERSION:
                 raise InputError(f"{path}: model version {int(data['version'])}, this is {MODEL_VERSION}.")
@@ -166,7 +167,7 @@ _SCALARS = frozenset({"feature_names", "baseline", "data_sha256", "notes"})
 
 
 def _problem(m: TreeModel) -> str:
-    """What is wrong with a model's arrays, or an empty string. A sound model cannot make the evaluation run off."""
+    """Return what is wrong with a model's arrays, or "". A sound model cannot make the evaluation run off."""
     n = len(m.feature)
     if not (len(m.threshold) == len(m.left) == len(m.right) == len(m.value) == len(m.missing_left) == n):
         return "the node arrays differ in length"

@@ -1,4 +1,4 @@
-"""Which grasps are valid, and who blocks whom (paper: Grasping)."""
+"""Find which grasps are valid, and who blocks whom (paper: Grasping)."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -35,10 +35,10 @@ def evaluate_grasps(
     robot: RobotDescription,
     config: ValidityConfig | None = None,
 ) -> GraspReport:
-    """Reach, collisions and grip of every grasp, with the gripper fully open.
+    """Check reach, collisions and grip of every grasp, with the gripper fully open.
 
-    Of the inverse-kinematics solutions the first without contacts is taken; else, of some spread over all
-    solutions, one that touches nothing fixed and the fewest other objects; else the one with the fewest of them.
+    Of the inverse-kinematics solutions the first without contacts is taken. Otherwise, of some spread over all
+    solutions, it is one that touches nothing fixed and the fewest other objects; else the one with the fewest of them.
     An arm link on the object to be grasped counts as fixed: no other pick would change it.
 
     Raises InputError if a grasp is for an object that is not in the scene.
@@ -55,7 +55,7 @@ def evaluate_grasps_without_robot(
     gripper: GripperDescription,
     config: ValidityConfig | None = None,
 ) -> GraspReport:
-    """The same for the gripper alone: every grasp counts as reachable, and qpos has no columns."""
+    """Run `evaluate_grasps` for the gripper alone: every grasp counts as reachable, and qpos has no columns."""
     config = ValidityConfig() if config is None else config
     _check_ids(grasps, scene)
     own, hand = grasps.object_ids.astype(np.int64), hand_geometry(gripper)
@@ -65,7 +65,7 @@ def evaluate_grasps_without_robot(
 
 
 def tool0_targets(grasps: GraspSet, gripper: GripperDescription) -> Float[np.ndarray, "n 4 4"]:
-    """Pose of the flange at each grasp: T_world_tcp with the pads at the grasp's width."""
+    """Return the pose of the flange at each grasp: T_world_tcp with the pads at the grasp's width."""
     widths_m = np.clip(grasps.widths_m, 0.0, gripper.max_width_m)
     return grasps.Ts_world_tcp @ invert(gripper.Ts_tool0_tcp_at(widths_m))
 
@@ -79,13 +79,13 @@ def _check_ids(grasps: GraspSet, scene: SegmentedScene) -> None:
 def _best_branches(
     grasps: GraspSet, world: CollisionWorld, robot: RobotDescription, config: ValidityConfig
 ) -> _Found:
-    """Where nothing is touched, or else the least; see `evaluate_grasps`."""
+    """Find the branches that touch nothing, or else the least; see `evaluate_grasps`."""
     n, dof = len(grasps), robot.arm.dof
     qpos, bits, fixed = np.full((n, dof), np.nan), np.zeros(n, np.uint64), np.zeros(n, dtype=bool)
     if n == 0:
         return qpos, np.zeros(0, dtype=bool), bits, fixed
     own = grasps.object_ids.astype(np.int64)
-    # Where the gripper itself is in the way, no elbow position helps: such grasps get one try.
+    # If the gripper itself is blocked, no elbow position helps: such grasps get one try.
     hand = hand_geometry(robot.gripper)
     hand_bits, hand_fixed = hand_contacts(grasps.Ts_world_tcp, grasps.widths_m, own, world, hand)
     hopeful = (hand_bits == 0) & ~hand_fixed
@@ -114,7 +114,7 @@ class _Search:
     count: Int64[np.ndarray, "n"]
 
     def first_free(self, most: Int64[np.ndarray, "n"], rounds: tuple[int, ...]) -> Int64[np.ndarray, "n"]:
-        """First branch of each grasp that touches nothing, among its `most` first; -1 if there is none."""
+        """Return the first branch of each grasp that touches nothing, among its `most` first; -1 if there is none."""
         out = np.full(len(self.own), -1)
         bounds = [0, *rounds, int(most.max(initial=0))]
         for first, last in pairwise(bounds):
@@ -131,10 +131,11 @@ class _Search:
     def least_blocked(
         self, index: np.ndarray, most: Int64[np.ndarray, "m"]
     ) -> tuple[Int64[np.ndarray, "m"], UInt64[np.ndarray, "m"], Bool[np.ndarray, "m"]]:
-        """The branch of each grasp in `index` that touches the least, of `most` spread over all of them.
+        """Return the branch of each grasp in `index` that touches the least, of `most` spread over all of them.
 
-        Nothing fixed comes before fewest other objects, that before the solver's order. Returns the branch, the
-        other objects touched there, and whether anything fixed is.
+        Nothing fixed ranks before fewest other objects, which rank before the solver's order. Also returns the other
+        objects
+        touched there, and whether anything fixed is.
         """
         taken = np.minimum(most, self.count[index])
         row, step = _pairs(taken, 0)
@@ -150,7 +151,7 @@ class _Search:
 
 
 def _pairs(counts: Int64[np.ndarray, "n"], first: int) -> tuple[np.ndarray, np.ndarray]:
-    """All (grasp, branch) with first <= branch < counts[grasp]."""
+    """Return all (grasp, branch) with first <= branch < counts[grasp]."""
     many = np.maximum(counts - first, 0)
     grasp = np.repeat(np.arange(len(counts)), many)
     start = np.cumsum(many) - many
@@ -164,7 +165,7 @@ def _report(
     found: _Found,
     config: ValidityConfig,
 ) -> GraspReport:
-    """Status by the first failing check, and the counts between objects."""
+    """Return the report: status by the first failing check, and the counts between objects."""
     qpos, reachable, bits, fixed = found
     alone, in_object = between_and_inside(grasps, scene, gripper, config)
     failed = [
@@ -194,7 +195,7 @@ def _report(
 def between_and_inside(
     grasps: GraspSet, scene: SegmentedScene, gripper: GripperDescription, config: ValidityConfig
 ) -> tuple[Bool[np.ndarray, "n"], Bool[np.ndarray, "n"]]:
-    """Whether the grasp's own object, and no other, is between the fingers; whether a finger is in its points."""
+    """Check whether the grasp's own object alone is between the fingers, and whether a finger is in its points."""
     cells = scene_cells(scene, config.clouds)
     hand = hand_geometry(gripper)
     Ts, widths_m = kernel_array(grasps.Ts_world_tcp), kernel_array(grasps.widths_m)
@@ -205,7 +206,7 @@ def between_and_inside(
 
 @njit(cache=True)
 def _count(Ts, widths, own_ids, cells, hand):
-    """Own points between and inside the fingers, and the most points between them that one other object has.
+    """Count own points between and inside the fingers, and the most points between them that one other object has.
 
     Between: within the opening along x, within the pads along y, and from the pads' rear end in the open state
     to the closed fingertips along z. Inside: in a finger of the open gripper.

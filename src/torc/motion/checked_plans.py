@@ -1,4 +1,4 @@
-"""Asking a motion planner, which may be anybody's: what it returns is a plan, or the error says why not."""
+"""Ask any motion planner, and check that it returns a valid plan."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -19,11 +19,11 @@ _JOINED_RAD = 1e-3
 def ask_motion_planner(
     planner: MotionPlanner, request: PickRequest, rng: np.random.Generator
 ) -> PickPlan | PlanFailure:
-    """The motions of a pick.
+    """Return the motions of a pick.
 
     Raises:
-        PartError: the planner crashed, or what it returned is no plan that could be followed.
-        TorcError: what it raises of its own accord.
+        PartError: the planner crashed, or did not return a plan that could be followed.
+        TorcError: the planner raised it.
     """
     what = f"Motion planner {type(planner).__name__}"
     with blamed(what, PartError, _HELP):
@@ -34,7 +34,7 @@ def ask_motion_planner(
 
 
 def plan_faults(plan: Any, request: PickRequest) -> Iterator[str]:
-    """Why something is no plan for a request; collisions are not looked for."""
+    """Yield the reasons why something is not a valid plan for a request; collisions are not checked."""
     if isinstance(plan, PlanFailure):
         return
     if not isinstance(plan, PickPlan):

@@ -1,4 +1,4 @@
-"""Settings of motion planning. Metres, radians, seconds."""
+"""Settings of motion planning, in metres, radians, seconds."""
 
 from dataclasses import dataclass, field
 
@@ -11,11 +11,10 @@ class CartesianConfig:
         back_offs_m: distances of the pre-grasp from the grasp, against the approach direction; the first one
             that is feasible and free is taken.
         lifts_m: heights of the lift; the first one at whose end nothing is touched is taken, else the highest.
-        line_out_m: longest line against the approach out of a narrow place, where no free motion leads into or out of
-            it.
+        line_out_m: longest line against the approach out of a narrow place, if no free motion leads into or out of it.
         step_m: distance between waypoints of a line.
-        max_branches: inverse-kinematics solutions of a grasp that are followed along both lines at a time.
-        max_rounds: how many times so many are followed before the grasp is given up.
+        max_branches: inverse-kinematics solutions of a grasp followed along both lines at a time.
+        max_rounds: most rounds of `max_branches` before the grasp is given up.
         max_joint_step_rad: a larger change of a joint between two waypoints is a jump.
         limit_margin_rad: distance to the joint limits.
         approach_speed_m_s, lift_speed_m_s: largest speed of the TCP.
@@ -43,10 +42,10 @@ class SearchConfig:
         goals: inverse-kinematics solutions offered as goals of one query.
         shortcut_rounds: attempted shortcuts of a path.
         blend_rad: corners are rounded within this distance.
-        refinements: how often a path that grazes an obstacle is searched for again, with half the step.
-        grazing_m: by how much a trajectory may enter the paddings.
-        room_m: how much more room to keep to fixed boxes on the way to the pre-grasp, if a motion is found that does,
-            and as far as its ends do.
+        refinements: how often the search for a path that grazes an obstacle is repeated with half the step.
+        grazing_m: how far a trajectory may enter the paddings.
+        room_m: extra room to fixed boxes on the way to the pre-grasp, if such a motion is found, and as far as its ends
+            have it.
     """
 
     max_iterations: int = 1500
@@ -65,7 +64,7 @@ class TimingConfig:
 
     Attributes:
         sample_s: time between samples of a trajectory.
-        grid_points: along the path, at least. Coarser grids give far too slow trajectories.
+        grid_points: least number along the path. Coarser grids give far too slow trajectories.
         speed_scale, acceleration_scale: share of the joints' limits that is used.
     """
 
@@ -81,10 +80,10 @@ class MotionConfig:
 
     Attributes:
         max_grasps: grasps tried, best first.
-        opening_m: opening of the gripper until it closes on the object; None: as far as it goes.
-        carve_margin_m: room given around a configuration that must be free although voxels say otherwise.
+        opening_m: opening of the gripper until it closes on the object; None for fully open.
+        carve_margin_m: room cleared around a configuration that must be free although voxels say otherwise.
         drop_yaws: directions of the gripper over the bin, evenly spread.
-        drop_raises_m: heights added to the drop position, the first that has a solution is taken.
+        drop_raises_m: heights added to the drop position; the first that has a solution is taken.
         attached_spheres: most spheres that stand for a held object.
     """
 
@@ -99,5 +98,5 @@ class MotionConfig:
     timing: TimingConfig = field(default_factory=TimingConfig)
 
     def opening(self, max_width_m: float) -> float:
-        """Opening of a gripper until it closes on the object."""
+        """Return the opening of a gripper until it closes on the object."""
         return max_width_m if self.opening_m is None else min(self.opening_m, max_width_m)

@@ -1,7 +1,7 @@
-"""Which grasps the arm can carry out in straight lines: down to the object, and up again with it.
+"""Find the grasps that the arm can carry out in straight lines: down to the object, and up again with it.
 
-A grasp that passes the checks of validity may still have no straight approach or lift: a joint limit, the table or the
-robot itself is in the way of every inverse-kinematics solution. That is known before anything is decided.
+A grasp that passes the validity checks may still have no straight approach or lift: a joint limit, the table or the
+robot itself blocks every inverse-kinematics solution. This is known before anything is decided.
 """
 
 from dataclasses import dataclass, replace
@@ -36,13 +36,12 @@ def without_lines(
     support_z_m: float,
     config: MotionConfig,
 ) -> Bool[np.ndarray, "n"]:
-    """The VALID grasps that have no straight approach from a free pre-grasp, or no straight lift.
+    """Return the VALID grasps that have no straight approach from a free pre-grasp, or no straight lift.
 
-    Exactly those for which `StraightMotions.candidates` finds nothing, whatever the start.
+    These are exactly the ones for which `StraightMotions.candidates` finds nothing, whatever the start.
 
     Args:
-        grasps, report: as in a PickRequest.
-        scene, volume, world: likewise.
+        grasps, report, scene, volume, world: as in a PickRequest.
         robot: whose arm.
         support_z_m: height of the table top.
         config: settings of the motion planner that will carry them out.
@@ -52,7 +51,7 @@ def without_lines(
     arrays, camera = robot_arrays(robot), scene.observation.T_world_camera[:3, 3].astype(float)
     if len(valid) == 0:
         return out
-    # Most can be carried out from their configuration in the report: all are asked at once.
+    # Most can be carried out from their configuration in the report: all are checked at once.
     own_ids = grasps.object_ids[valid].astype(np.int64)
     starts = _Starts(
         robot=robot,
@@ -88,7 +87,7 @@ _ROOM_M = 0.03
 
 @dataclass(frozen=True)
 class _Starts:
-    """Grasps to follow lines from: configuration, pose of the flange, own object; and what is around."""
+    """Grasps to follow lines from: configuration, pose of the flange, own object; and the surroundings."""
 
     robot: RobotDescription
     arrays: RobotArrays
@@ -104,7 +103,7 @@ class _Starts:
 
     @property
     def opening_m(self) -> float:
-        """Of the gripper before it closes."""
+        """Opening of the gripper before it closes."""
         return self.config.opening(self.robot.gripper.max_width_m)
 
     def _followed(
@@ -115,7 +114,9 @@ class _Starts:
         return follow_lines(self.robot.arm, self.arrays, qpos, Ts, directions, length_m, config, waypoints)
 
     def raisable(self, bounds: Float[np.ndarray, "m 4"]) -> Bool[np.ndarray, "m"]:
-        """Whether the shortest lift can be followed, off everything fixed, and with the object surely off the robot."""
+        """Check whether the shortest lift can be followed, clear of everything fixed, with the object clear of the
+        robot.
+        """
         config = self.config.cartesian
         length_m, count = max(config.lifts_m), min(line_counts(config.lifts_m, config.step_m))
         up = np.tile([0.0, 0.0, 1.0], (len(self.qpos), 1))
@@ -134,11 +135,11 @@ class _Starts:
         return good & ~near.any(axis=1)
 
     def approachable(self, backward: Float[np.ndarray, "m 3"]) -> Bool[np.ndarray, "m"]:
-        """Whether there is a free pre-grasp, and a line from it that is off everything fixed."""
+        """Check whether there is a free pre-grasp, and a line from it that is clear of everything fixed."""
         config = self.config.cartesian
         counts = line_counts(config.back_offs_m, config.step_m)
         path, reached = self._followed(backward, max(config.back_offs_m))
-        # What was not reached is not finite, and counts as in contact.
+        # Waypoints that were not reached are not finite, and count as in contact.
         ends = path[:, [c - 1 for c in counts]]
         qpos, own_ids = ends.reshape(-1, path.shape[2]), np.repeat(self.own_ids, len(counts))
         free = blockers(self.world, self.arrays, qpos, self.opening_m, own_ids).free.reshape(ends.shape[:2])
@@ -150,20 +151,20 @@ class _Starts:
         return out
 
     def _fixed(self, paths: Float[np.ndarray, "m w dof"]) -> Bool[np.ndarray, "m w"]:
-        """Whether table, bin or the robot itself is touched at each waypoint."""
+        """Check whether table, bin or the robot itself is touched at each waypoint."""
         flat = paths.reshape(-1, paths.shape[2])
         return static_contacts(self.world, self.arrays, flat, self.opening_m).reshape(paths.shape[:2])
 
 
 def _bounding_sphere(points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "4"]:
-    """A sphere around an object, with room for the spheres that stand for it when it is held."""
+    """Return a sphere around an object, with room for the spheres that stand for it when it is held."""
     middle = 0.5 * (points.min(axis=0) + points.max(axis=0)).astype(float)
     return np.append(middle, np.linalg.norm(points - middle, axis=1).max() + _ROOM_M)
 
 
 @njit(cache=True)
 def _near_robot(qpos, spheres, robot, padding):
-    """Whether each sphere touches the spheres around the links that a held object may touch, or a fixed part."""
+    """Check whether each sphere touches the spheres around the links that a held object may touch, or a fixed part."""
     n, dof = qpos.shape
     out = np.zeros(n, np.bool_)
     scratch = scratch_for(robot)

@@ -1,7 +1,6 @@
-"""Following a straight line of poses from a joint configuration: compiled Newton steps along waypoints.
+"""Follow a straight line of poses from a joint configuration, by compiled Newton steps along waypoints.
 
-Each waypoint is solved by damped least squares from the one before, so a redundant arm moves as little as it
-can.
+Each waypoint is solved by damped least squares from the one before, so a redundant arm moves as little as it can.
 """
 
 import numpy as np
@@ -20,10 +19,10 @@ _TOLERANCE = 1e-5
 
 @njit(cache=True)
 def follow_waypoints(q_start, targets, robot, lower, upper, max_step_rad, tolerance, path):
-    """Fill path with a configuration per target pose; returns how many could be reached in a row.
+    """Fill path with a configuration per target pose; return how many were reached in a row.
 
-    It ends where a waypoint is not met within the tolerance (metres and radians, per axis), a joint limit is passed, or
-    a joint changes by more than max_step_rad between two waypoints.
+    It ends at the first waypoint that is not met within the tolerance (metres and radians, per axis), passes a joint
+    limit, or changes a joint by more than max_step_rad.
     """
     dof = q_start.shape[0]
     Ts, scratch = np.empty((dof + 1, 3, 4)), np.empty((3, 4))
@@ -75,19 +74,19 @@ def follow_lines(
     config: CartesianConfig,
     waypoints: int | None = None,
 ) -> tuple[Float[np.ndarray, "b m dof"], Int[np.ndarray, "b"]]:
-    """Joint paths along straight lines of the flange, each from a configuration, a pose and in a direction of its own.
+    """Return joint paths along straight lines of the flange, each from its own configuration, pose and direction.
 
     Args:
         arm, robot: the arm, and its robot's arrays.
         starts: not included in the paths.
-        Ts_world_tool0: poses at the starts; the orientation stays.
+        Ts_world_tool0: poses at the starts; the orientation is kept.
         directions: unit vectors, world frame.
-        length_m: of the lines, in steps of at most config.step_m.
+        length_m: length of the lines, in steps of at most config.step_m.
         config: distance to the joint limits, largest change of a joint per step.
-        waypoints: only so many of the first ones; None for all.
+        waypoints: number of waypoints from the start; None for all.
 
     Returns:
-        The paths, NaN where they do not lead, and how many waypoints in a row each one meets.
+        The paths, NaN beyond their end, and how many waypoints in a row each one meets.
     """
     steps = waypoints_of(length_m, config.step_m)
     starts, margin = kernel_array(starts), config.limit_margin_rad
@@ -110,5 +109,5 @@ def follow_lines(
 
 
 def waypoints_of(length_m: float, step_m: float) -> int:
-    """Number of waypoints of a line, its start not counted."""
+    """Return the number of waypoints of a line, not counting its start."""
     return max(1, int(np.ceil(length_m / step_m - 1e-9)))

@@ -1,4 +1,4 @@
-"""The free motions of a pick: to the pre-grasp, with the object to the bin, and home."""
+"""Plan the free motions of a pick: to the pre-grasp, with the object to the bin, and home."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -28,16 +28,16 @@ from torc.robots.kinematics import tool0_poses
 from torc.workspace.description import Workspace
 
 _FEWEST_OUT = 5
-"""Configurations of a line out; a shorter one leads nowhere else."""
+"""Least number of configurations of a line out; a shorter one leads nowhere else."""
 
 
 class FreeMotions:
-    """Free motions of one robot in one workspace. All methods raise NoMotionError where there is none."""
+    """Plans free motions of one robot in one workspace. All methods raise NoMotionError if there is none."""
 
     def __init__(
         self, robot: RobotDescription, arrays: RobotArrays, workspace: Workspace, config: MotionConfig
     ) -> None:
-        """arrays: the robot's, from `robot_arrays`."""
+        """Take the parts; `arrays` are the robot's, from `robot_arrays`."""
         self._robot, self._arrays, self._workspace, self._config = robot, arrays, workspace, config
 
     def to_pre_grasp(
@@ -47,17 +47,16 @@ class FreeMotions:
         pairs: list[LinePair],
         rng: np.random.Generator,
     ) -> tuple[Trajectory, LinePair]:
-        """From the start to one of the pre-grasps, the best ones first; and which approach it leads to.
+        """Return a motion from the start to one of the pre-grasps, the best ones first, and the approach it leads to.
 
-        The start is where the arm is, be it in contact with something.
+        The start is where the arm is, even if it touches something.
         """
         pairs, opening_m = pairs[: self._config.search.goals], context.opening_m
         world = self._opened(context.world, start, opening_m, strict=False)
         goals = np.stack([pair.approach[0] for pair in pairs])
         margin = self._config.carve_margin_m
         for goal in goals[self._space(world, opening_m).collides(goals)]:
-            # Only the object to be grasped can be in the way here: let the hand come close to it at this
-            # place.
+            # Only the object to be grasped can be in the way here: let the hand come close to it at this place.
             world = carved(world, self._arrays, goal, opening_m, margin, only_id=context.own_id)
         space = self._space(world, opening_m)
         open_goals = ~space.collides(goals)
@@ -73,7 +72,7 @@ class FreeMotions:
     def _with_room(
         self, context: LineContext, query: MotionQuery, rng: np.random.Generator
     ) -> tuple[Trajectory, int]:
-        """A free motion to one of the pre-grasps, and which; with room to fixed obstacles where there is such a one.
+        """Return a free motion to one of the pre-grasps, and which; with room to fixed obstacles if possible.
 
         The gripper's paddings are thin, for grasps in narrow places. Without more room it brushed shelves and the table
         on its way, at full speed. (What is held has thicker ones.)
@@ -90,14 +89,16 @@ class FreeMotions:
     def to_bin(
         self, context: LineContext, start: Float[np.ndarray, "dof"], rng: np.random.Generator
     ) -> Trajectory:
-        """With the object to the bin.
+        """Return the motion with the object to the bin.
 
-        At first the object is taken to be as large as it may be, and what it hid to be an obstacle: another object may
-        stand there. Where arm or object are in that already, or no way is found, it is taken to be free; then so is
-        more of the start's surroundings; and then the object is taken to be what is seen of it. If none of this leads
-        to the bin, because it touches something fixed, it first moves away from that, or else is taken to end there.
-        Before that, lines out of narrow places are only for an object as large as it may be: taken to be smaller, it
-        was torn out of the fingers.
+        At first the object counts as large as it may be, and what it hid as an obstacle: another object may stand
+        there. If
+        arm or object already touch that, or no motion is found, it counts as free; then so does more of the start's
+        surroundings; and then the object counts as its visible part alone. If none of this leads to the bin, because
+        the
+        object touches something fixed, it first moves away from that, or else is assumed to end there. Until then,
+        lines out
+        of narrow places are only for an object as large as it may be: assumed smaller, it was torn out of the fingers.
         """
         failed = NoMotionError(PlanStage.TRANSFER, "nothing was tried.")
         possible = context.held.possible
@@ -129,8 +130,9 @@ class FreeMotions:
         rng: np.random.Generator,
         failed: NoMotionError,
     ) -> Trajectory:
-        """To the bin with an object that ends where it would touch something fixed at the start (see `cut_extents`);
-        raises `failed` where it touches none.
+        """Plan to the bin with an object that ends before anything fixed at the start (see `cut_extents`).
+
+        Raises `failed` if it touches nothing fixed.
         """
         margin_m = 2 * self._config.carve_margin_m
         for held in cut_extents(context, start):
@@ -144,7 +146,7 @@ class FreeMotions:
     def _ways_to_bin(
         self, context: LineContext, start: Float[np.ndarray, "dof"], held: Float[np.ndarray, "a 4"]
     ) -> list[tuple[CollisionWorld, float]]:
-        """What to take for free on the way to the bin, the most cautious first: a world, and room at the start."""
+        """Return what to treat as free on the way to the bin, the most cautious first: a world, and room at the start."""
         cautious = context.world.without_object(context.own_id, unknown=False)
         bold, margin_m = context.without_object, self._config.carve_margin_m
         if self._space(cautious, context.width_m, held).collides(start[None])[0]:
@@ -154,7 +156,7 @@ class FreeMotions:
     def home(
         self, context: LineContext, start: Float[np.ndarray, "dof"], rng: np.random.Generator
     ) -> Trajectory:
-        """From over the bin, the object let go, back to rest."""
+        """Return the motion from over the bin, the object released, back to rest."""
         rest, world = self._robot.arm.rest_qpos, context.without_object
         for place in (start, rest):
             world = self._opened(world, place, context.opening_m)
@@ -168,7 +170,7 @@ class FreeMotions:
         start: Float[np.ndarray, "dof"],
         rng: np.random.Generator,
     ) -> Trajectory:
-        """To the drop position; along a line out of the place first, where nothing else leads there."""
+        """Move to the drop position; first along a line out of the place, if nothing else leads there."""
         try:
             return self._over_bin(space, start, rng)
         except NoMotionError:
@@ -180,7 +182,7 @@ class FreeMotions:
     def _over_bin(
         self, space: FreeSpace, start: Float[np.ndarray, "dof"], rng: np.random.Generator
     ) -> Trajectory:
-        """To the drop position, where it is quick to reach both from here and from the rest position."""
+        """Move to the drop position that is quick to reach both from here and from the rest position."""
         for goals in self._drop_qpos:
             goals = goals[~space.collides(goals)]
             if len(goals):
@@ -191,10 +193,10 @@ class FreeMotions:
     def _along_a_line(
         self, context: LineContext, query: MotionQuery, rng: np.random.Generator, failed: NoMotionError
     ) -> tuple[Trajectory, int]:
-        """A free motion whose last part is a straight line along the approach, and to which goal; `failed` is raised
-        where no goal has one.
+        """Return a free motion whose last part is a straight line along the approach, and its goal.
 
-        A tree of long edges hardly gets into a narrow place, such as a shelf; a line does.
+        Raises `failed` if no goal has one. A tree of long edges hardly gets into a narrow place, such as a shelf; a
+        line does.
         """
         lines = [self._line_out(context, query.space, goal) for goal in query.goals]
         usable = [i for i, line in enumerate(lines) if len(line) >= _FEWEST_OUT]
@@ -207,7 +209,7 @@ class FreeMotions:
     def _line_out(
         self, context: LineContext, space: FreeSpace, qpos: Float[np.ndarray, "dof"]
     ) -> Float[np.ndarray, "m dof"]:
-        """From a configuration straight back, against the approach, as far as nothing is touched; it comes first."""
+        """Return the path straight back, against the approach, while nothing is touched; it starts with `qpos`."""
         config, arm = self._config.cartesian, self._robot.arm
         Ts, directions = tool0_poses(arm, qpos[None]), -context.approach_axis[None]
         length_m = config.line_out_m
@@ -225,7 +227,7 @@ class FreeMotions:
     def _motion(
         self, query: MotionQuery, stage: PlanStage, rng: np.random.Generator
     ) -> tuple[Trajectory, int]:
-        """A free motion to one of the goals, and which."""
+        """Return a free motion to one of the goals, and which."""
         found = timed_motion(query, self._robot.arm, self._config, rng)
         if found is PlanStage.TIMING:
             raise NoMotionError(found, f"the path found for the {stage} could not be timed and stay free.")
@@ -234,7 +236,7 @@ class FreeMotions:
         return found
 
     def _from(self, start: Float[np.ndarray, "dof"], motion: Trajectory) -> Trajectory:
-        """The motion, and before it a straight one from a start close by, if it starts elsewhere."""
+        """Return the motion, preceded by a straight one from a start close by if it starts elsewhere."""
         for straight in rounded_path(np.stack([start, motion.qpos[0]]), np.zeros(2)):
             motion = join([time_path(straight, self._robot.arm, self._config.timing), motion])
         return motion
@@ -248,9 +250,9 @@ class FreeMotions:
         margin_m: float | None = None,
         strict: bool = True,
     ) -> CollisionWorld:
-        """The world without the voxels that the robot touches at qpos: it is there, so they are free.
+        """Remove the voxels that the robot touches at qpos from the world: it is there, so they are free.
 
-        strict: nothing else may be touched there.
+        strict: raise NoMotionError if anything else is touched there.
         """
         if not self._space(world, width_m, held).collides(qpos[None])[0]:
             return world
@@ -286,15 +288,14 @@ class FreeMotions:
 
 
 _SHARES = (0.75, 0.67, 0.5, 0.0)
-"""A radius is cut to these shares of what it was before, in turn: to 3/4, 1/2, 1/4, nothing."""
+"""A radius is cut in turn by these factors: to 3/4, 1/2, 1/4, nothing."""
 
 
 def cut_extents(context: LineContext, qpos: Float[np.ndarray, "dof"]) -> Iterator[Float[np.ndarray, "a 4"]]:
-    """What is held, as spheres (tool0 frame) that touch nothing fixed at a configuration, the largest first; nothing
-    where it touched none before.
+    """Yield the held object, as spheres (tool0 frame) that touch nothing fixed at a configuration, the largest first.
 
-    The object is there, so it does not go on inside a wall or a roof, though rough depth may smear it toward them. What
-    would touch is first made small enough, then left out.
+    Yields nothing if it touched nothing fixed before. The object is there, so it does not extend into a wall or a roof,
+    though rough depth may smear it toward them. Spheres that would touch are first shrunk enough, then left out.
     """
     for shares, extent in product((_SHARES, ()), (context.held.possible, context.held.seen)):
         held = _cut(context, qpos, extent, shares)

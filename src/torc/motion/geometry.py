@@ -1,4 +1,4 @@
-"""Paths of straight pieces and quadratic arcs: exactly what was checked, with its derivatives."""
+"""Paths of straight pieces and quadratic arcs: exactly the checked path, with its derivatives."""
 
 from dataclasses import dataclass
 
@@ -14,7 +14,7 @@ class PiecewisePath:
     continuous wherever a corner is rounded.
 
     Attributes:
-        starts: value of s at which each piece begins, and at last the end of the path.
+        starts: value of s at which each piece begins, and finally the end of the path.
         points, tangents, curvatures: q, q' and q'' at the start of each piece.
     """
 
@@ -29,7 +29,7 @@ class PiecewisePath:
         return float(self.starts[-1])
 
     def __call__(self, s: Float[np.ndarray, "n"], order: int = 0) -> Float[np.ndarray, "n dof"]:
-        """q, or its first or second derivative by s."""
+        """Return q, or its first or second derivative by s."""
         piece = np.clip(np.searchsorted(self.starts, s, side="right") - 1, 0, len(self.points) - 1)
         t = (np.asarray(s) - self.starts[piece])[:, None]
         if order == 0:
@@ -39,7 +39,7 @@ class PiecewisePath:
         return self.curvatures[piece]
 
     def grid(self, spacing: float, per_arc: int = 8) -> Float[np.ndarray, "g"]:
-        """Values of s from end to end that contain every piece's ends, evenly between them."""
+        """Return values of s from end to end that contain every piece's ends, evenly between them."""
         parts = []
         for a, b, curvature in zip(self.starts[:-1], self.starts[1:], self.curvatures):
             n = max(per_arc if np.any(curvature) else 2, int(np.ceil((b - a) / spacing)))
@@ -48,10 +48,9 @@ class PiecewisePath:
 
 
 def rounded_path(path: Float[np.ndarray, "m dof"], blends: Float[np.ndarray, "m"]) -> list[PiecewisePath]:
-    """The polyline with each corner k rounded from blends[k] before it to blends[k] after it.
+    """Return the polyline with each corner k rounded from blends[k] before it to blends[k] after it.
 
-    Where a corner is not rounded (blends[k] = 0) the path has to stop; it is cut there. Repeated points are
-    left out.
+    At a corner that is not rounded (blends[k] = 0) the path has to stop, and is cut. Repeated points are left out.
     """
     parts: list[PiecewisePath] = []
     pieces: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []

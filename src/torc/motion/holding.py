@@ -1,6 +1,7 @@
-"""A held object as spheres that cover a convex hull (paper: A Modular Pipeline, step 4), and how far it may reach.
+"""Model a held object as spheres that cover a convex hull (paper: A Modular Pipeline, step 4), and how far it may
+reach.
 
-Most of an object's back is hidden by itself, and its lower part often by what stands in front of it. A transfer that is
+Most of an object's back is hidden by itself, and its lower part often by what stands in front of it. A transfer
 planned for the visible part alone lowers the rest onto the table, or swings it against the bin.
 """
 
@@ -26,23 +27,22 @@ class Held:
 
     Attributes:
         seen: the hull of its visible points.
-        possible: the hull of all that it may be, unseen parts included; see `possible_points`.
+        possible: the hull of all that it may be, including unseen parts; see `possible_points`.
     """
 
     seen: Float[np.ndarray, "a 4"]
     possible: Float[np.ndarray, "b 4"]
 
     def moved(self, T: Pose) -> "Held":
-        """The same in another frame: T takes points of this one to that."""
+        """Return it in another frame: T takes points of this frame to that one."""
         return Held(_moved(self.seen, T), _moved(self.possible, T))
 
 
 def hull_spheres(points: Float[np.ndarray, "n 3"], max_spheres: int) -> Float[np.ndarray, "a 4"]:
-    """About max_spheres equal spheres (x, y, z, radius) that cover about the surface of the points' convex
-    hull.
+    """Return about max_spheres equal spheres (x, y, z, radius) that cover the surface of the points' convex hull.
 
     The hull is cut into cubes along its principal axes, as small as the number allows; each outer cube
-    becomes a sphere. Deterministic. No points, no spheres.
+    becomes a sphere. Deterministic. No points give no spheres.
     """
     points = np.asarray(points, dtype=float)
     points = points[np.all(np.isfinite(points), axis=1)]
@@ -55,7 +55,7 @@ def hull_spheres(points: Float[np.ndarray, "n 3"], max_spheres: int) -> Float[np
     low, high = local.min(axis=0), local.max(axis=0)
     planes = _hull_planes(local)
     x, y, z = high - low
-    # The cubes that would pave the bounding box's surface: a first guess from below.
+    # First guess, from below: the cubes that would pave the bounding box's surface.
     cell = max(0.012, 0.7 * float(np.sqrt(2 * (x * y + y * z + z * x) / max_spheres)))
     while True:
         centers = _outer_cells(low, high, planes, cell)
@@ -63,9 +63,9 @@ def hull_spheres(points: Float[np.ndarray, "n 3"], max_spheres: int) -> Float[np
             break
         cell *= 1.15
     if len(centers) == 0:
-        # A hull so thin that it passes between all centres: the cubes that hold points.
+        # A hull so thin that it passes between all centres: use the cubes that hold points.
         centers = (np.unique(np.floor(local / cell), axis=0) + 0.5) * cell
-    # Corners of the hull may stick out between the spheres: those get spheres of their own, one per cube.
+    # Corners of the hull may stick out between the spheres: those get their own spheres, one per cube.
     radius = 0.78 * cell
     uncovered = local[cKDTree(centers).query(local)[0] > radius]
     _, first = np.unique(np.floor(uncovered / (0.7 * radius)), axis=0, return_index=True)
@@ -78,7 +78,7 @@ def _moved(spheres: Float[np.ndarray, "a 4"], T: Pose) -> Float[np.ndarray, "a 4
 
 
 def _hull_planes(points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "f 4"]:
-    """Outward planes (normal, offset) of the hull; those of the bounding box where the points are flat."""
+    """Return outward planes (normal, offset) of the hull; those of the bounding box if the points are flat."""
     try:
         return ConvexHull(points).equations
     except QhullError:
@@ -89,7 +89,7 @@ def _hull_planes(points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "f 4"]:
 def _outer_cells(
     low: np.ndarray, high: np.ndarray, planes: np.ndarray, cell: float
 ) -> Float[np.ndarray, "c 3"]:
-    """Centres of the cubes that lie in the hull and have a neighbour that does not."""
+    """Return centres of the cubes that lie in the hull and have a neighbour that does not."""
     n = np.maximum(1, np.ceil((high - low) / cell).astype(int))
     start = 0.5 * (low + high) - 0.5 * cell * (n - 1)
     index = np.stack(np.meshgrid(*(np.arange(k) for k in n), indexing="ij"), axis=-1).reshape(-1, 3)
@@ -109,7 +109,7 @@ def held_where_it_lies(
     support_z_m: float,
     max_spheres: int,
 ) -> Held:
-    """An object as it would be held, world frame, where it lies now; at most about max_spheres for each extent."""
+    """Return an object as it would be held, world frame, where it is now; about max_spheres at most for each extent."""
     possible = possible_points(o, camera_position, volume, support_z_m)
     return Held(hull_spheres(o.points.astype(float), max_spheres), hull_spheres(possible, max_spheres))
 
@@ -120,7 +120,7 @@ def possible_points(
     volume: OcclusionVolume,
     support_z_m: float,
 ) -> Float[np.ndarray, "n 3"]:
-    """Points (world frame) whose hull holds the object, wherever it may go on unseen, where it lies now.
+    """Return points (world frame) whose hull holds the object where it is now, wherever it may extend unseen.
 
     These are its visible and felt points, the guess at its back (`torc.grasping.completion`), and below all of them the
     space that no snapshot saw, down to the first voxel that was seen, or to the support. None for an object without
@@ -139,7 +139,7 @@ def possible_points(
 def unseen_below(
     points: Float[np.ndarray, "n 3"], object_id: int, volume: OcclusionVolume
 ) -> Float[np.ndarray, "m 3"]:
-    """Where the unseen space under the points ends: a point per column of voxels."""
+    """Return where the unseen space under the points ends: a point per column of voxels."""
     grid = volume.grid
     index = grid.index_of(points)
     index = index[grid.contains(index)]
@@ -149,7 +149,7 @@ def unseen_below(
     x, y = columns.T
     taken = volume.seen[x, y] & (volume.surface_label[x, y] != object_id)
     taken &= np.arange(grid.shape[2]) < lowest[:, None]
-    # One past the highest voxel below that cannot be the object's.
+    # One above the highest voxel below that cannot be the object's.
     bottom = np.where(taken.any(axis=1), grid.shape[2] - np.argmax(taken[:, ::-1], axis=1), 0)
     below = bottom < lowest
     xy = grid.origin[:2] + grid.voxel_size_m * (columns[below] + 0.5)

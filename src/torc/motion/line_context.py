@@ -1,4 +1,4 @@
-"""One grasp, and all that its motions depend on."""
+"""One grasp, and everything that its motions depend on."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from torc.robots.description import ArmDescription, RobotDescription
 
 @dataclass(frozen=True)
 class LineContext:
-    """One grasp and all that its motions depend on.
+    """One grasp, and everything that its motions depend on.
 
     Attributes:
         arm, robot: the arm, and the robot for the compiled checks.
@@ -27,7 +27,7 @@ class LineContext:
         T_world_tool0: the flange at the grasp.
         approach_axis: direction of the approach, world frame.
         width_m: of the closed gripper.
-        hold: tells of the object once it is in the hand, in the tool0 frame; asked when that matters first.
+        hold: returns the object once it is in the hand, in the tool0 frame; called when first needed.
     """
 
     arm: ArmDescription
@@ -46,24 +46,24 @@ class LineContext:
         return self.hold()
 
     def contacts(self, qpos: Float[np.ndarray, "n dof"]) -> Contacts:
-        """What is touched, the object to be grasped left out."""
+        """Return the contacts, leaving out the object to be grasped."""
         return blockers(self.world, self.robot, qpos, self.opening_m, self.own_id)
 
     def free_when_lifted(self, qpos: Float[np.ndarray, "n dof"]) -> Bool[np.ndarray, "n"]:
-        """Whether nothing is touched with the object in the hand, however far it may reach."""
+        """Check whether nothing is touched with the object in the hand, however far it may reach."""
         return ~collides(self.without_object, self.robot, qpos, self.width_m, attached=self.held.possible)
 
     @cached_property
     def without_object(self) -> CollisionWorld:
-        """The world once the object is in the hand, what it hid taken to be free."""
+        """The world once the object is in the hand, with what it hid as free."""
         return self.world.without_object(self.own_id)
 
     def hits_fixed(self, qpos: Float[np.ndarray, "n dof"]) -> bool:
-        """Whether table, bin or the robot itself is touched anywhere."""
+        """Check whether table, bin or the robot itself is touched anywhere."""
         return bool(np.any(static_contacts(self.world, self.robot, qpos, self.opening_m)))
 
     def hits_robot_when_held(self, qpos: Float[np.ndarray, "n dof"]) -> bool:
-        """Whether what is seen of the object in the hand touches the robot anywhere."""
+        """Check whether the visible part of the object in the hand touches the robot anywhere."""
         return bool(np.any(self_contacts(self.world, self.robot, qpos, self.width_m, self.held.seen)))
 
 
@@ -77,9 +77,9 @@ def line_context(
     width_m: float,
     held_in_world: Callable[[], Held],
 ) -> LineContext:
-    """The context of a grasp with the pads width_m apart, a width that is clipped to what the gripper has.
+    """Build the context of a grasp with the pads width_m apart, clipped to the gripper's range.
 
-    `held_in_world` tells of the object where it lies, world frame; the rest as in LineContext.
+    `held_in_world` returns the object where it is, world frame; the rest as in LineContext.
     """
     width_m = float(np.clip(width_m, 0.0, robot.gripper.max_width_m))
     T_world_tcp = T_world_tcp.astype(float)

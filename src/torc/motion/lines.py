@@ -1,4 +1,4 @@
-"""Approach and lift: which inverse-kinematics branch can do both, and from where."""
+"""Plan approach and lift: which inverse-kinematics branch can do both, and from where."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -32,15 +32,16 @@ def line_pairs(
     qpos_start: Float[np.ndarray, "dof"],
     config: CartesianConfig,
 ) -> tuple[list[LinePair], list[LinePair]]:
-    """Per branch an approach and a lift that it can follow; those with a free pre-grasp, and the others.
+    """Return, per branch, an approach and a lift that it can follow: those with a free pre-grasp, and the others.
 
-    A line must keep off table, bin and the robot itself, with the object in the hand too. Other objects are not
-    forbidden on lines (paper: A Modular Pipeline), but the branches that touch least of them come first; then long
-    approaches, then nearness to the start.
+    A line must keep off table, bin and the robot itself, with the object in the hand too. Lines may touch other objects
+    (paper: A Modular Pipeline), but the branches that touch least of them come first; then long approaches, then
+    nearness
+    to the start.
     """
     ranked = []
     for pair, free, clear in _branch_lines(context, branches, config):
-        # Every second waypoint is looked at.
+        # Every second waypoint is checked.
         touched = int(np.count_nonzero(~context.contacts(pair.approach[::-2]).free)) + (not clear)
         distance = float(np.max(np.abs(pair.approach[0] - qpos_start) / context.arm.max_speed))
         ranked.append(((touched, -len(pair.approach), distance), free, pair))
@@ -49,7 +50,7 @@ def line_pairs(
 
 
 def has_lines(context: LineContext, branches: Float[np.ndarray, "b dof"], config: CartesianConfig) -> bool:
-    """Whether `line_pairs` finds any with a free pre-grasp."""
+    """Check whether `line_pairs` finds any with a free pre-grasp."""
     # A longer lift begins with the shortest one.
     few = min(line_counts(config.lifts_m, config.step_m))
     upward, up_count = _upward(context, branches, config, few)
@@ -65,7 +66,7 @@ def has_lines(context: LineContext, branches: Float[np.ndarray, "b dof"], config
 def _branch_lines(
     context: LineContext, branches: Float[np.ndarray, "b dof"], config: CartesianConfig
 ) -> Iterator[tuple[LinePair, bool, bool]]:
-    """The lines of each branch that has both, whether its pre-grasp is free, and whether the end of its lift is."""
+    """Yield the lines of each branch that has both, whether its pre-grasp is free, and whether the end of its lift is."""
     upward, up_count = _upward(context, branches, config)
     raisable = np.flatnonzero(up_count >= min(line_counts(config.lifts_m, config.step_m)))
     backward, back_count = _backward(context, branches[raisable], config)
@@ -87,7 +88,7 @@ _Paths = tuple[Float[np.ndarray, "b m dof"], Int[np.ndarray, "b"]]
 
 
 def _backward(context: LineContext, branches: Float[np.ndarray, "b dof"], config: CartesianConfig) -> _Paths:
-    """From the grasp to the farthest pre-grasp."""
+    """Follow the line from the grasp to the farthest pre-grasp."""
     return _follow(context, branches, -context.approach_axis, max(config.back_offs_m), config)
 
 
@@ -97,7 +98,7 @@ def _upward(
     config: CartesianConfig,
     waypoints: int | None = None,
 ) -> _Paths:
-    """The highest lift."""
+    """Follow the line of the highest lift."""
     return _follow(context, branches, _UP, max(config.lifts_m), config, waypoints)
 
 
@@ -121,7 +122,7 @@ def _lift(
     reached: int,
     config: CartesianConfig,
 ) -> tuple[int, bool] | None:
-    """Number of waypoints of the lift, and whether nothing is touched at its end; None if there is no lift."""
+    """Return the number of waypoints of the lift, and whether nothing is touched at its end; None if there is no lift."""
     counts = [c for c in line_counts(config.lifts_m, config.step_m) if c <= reached]
     if not counts:
         return None
@@ -134,12 +135,12 @@ def _lift(
 
 
 def _can_lift(context: LineContext, lift: Float[np.ndarray, "m dof"]) -> bool:
-    """Whether a lift keeps off everything fixed, and the object in the hand off the robot."""
+    """Check whether a lift keeps off everything fixed, and the object in the hand off the robot."""
     return not context.hits_fixed(lift[::2]) and not context.hits_robot_when_held(lift[::2])
 
 
 def line_counts(lengths_m: tuple[float, ...], step_m: float) -> list[int]:
-    """Number of waypoints of each length, in the order given; the longest takes them all."""
+    """Return the number of waypoints of each length, in the order given; the longest takes them all."""
     waypoints = waypoints_of(max(lengths_m), step_m)
     return [max(1, round(length / max(lengths_m) * waypoints)) for length in lengths_m]
 
@@ -151,7 +152,9 @@ def _pre_grasp(
     reached: int,
     config: CartesianConfig,
 ) -> tuple[int, bool] | None:
-    """Number of waypoints back to the pre-grasp, and whether it is free; None if every line hits something fixed."""
+    """Return the number of waypoints back to the pre-grasp, and whether it is free; None if every line hits something
+    fixed.
+    """
     counts = [c for c in line_counts(config.back_offs_m, config.step_m) if c <= reached]
     if not counts:
         return None
@@ -166,7 +169,9 @@ def _pre_grasp(
 def _first(
     counts: list[int], free: Bool[np.ndarray, "c"], longest_first: bool, possible: Callable[[int], bool]
 ) -> tuple[int, bool] | None:
-    """The first possible count, and whether its end is free: free ones in their order, then the others by length."""
+    """Return the first possible count, and whether its end is free: free ones in their order, then the others by
+    length.
+    """
     blocked = sorted((c for c, f in zip(counts, free) if not f), reverse=longest_first)
     for count, is_free in [(c, True) for c, f in zip(counts, free) if f] + [(c, False) for c in blocked]:
         if possible(count):

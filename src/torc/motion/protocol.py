@@ -1,4 +1,4 @@
-"""What a motion planner is asked, and the one method that it has."""
+"""The request to a motion planner, and its protocol."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -20,12 +20,12 @@ from torc.records import (
 
 @dataclass(frozen=True)
 class PickRequest:
-    """All that is needed to plan the motions of one pick.
+    """Everything needed to plan the motions of one pick.
 
     Attributes:
         scene: the perceived scene; the object's points become its collision volume once it is held.
         volume: the occlusion volume.
-        world: what not to touch, built from that volume.
+        world: obstacles, built from that volume.
         grasps: candidate grasps of all objects.
         report: which of them are valid, with an inverse-kinematics solution each.
         object_id: the object to pick.
@@ -44,19 +44,20 @@ class PickRequest:
 class MotionPlanner(Protocol):
     """Plans the motions of a pick.
 
-    One with numba kernels may have a second method, `warm_up(request)`; see `torc.registry.kinds.MotionPlannerTraits`.
+    A planner with numba kernels may have a second method, `warm_up(request)`; see
+    `torc.registry.kinds.MotionPlannerTraits`.
     """
 
     def plan_pick(self, request: PickRequest, rng: np.random.Generator) -> PickPlan | PlanFailure:
-        """Motions for the best valid grasp of the object for which all of them exist.
+        """Return motions for the best valid grasp of the object for which all of them exist.
 
-        The same request and generator state give the same answer.
+        Equal requests and generator states give equal answers.
         """
         ...
 
 
 class NoMotionError(Exception):
-    """A query found nothing; the planner turns it into a PlanFailure.
+    """Raised when a query finds nothing; the planner turns it into a PlanFailure.
 
     Attributes:
         stage: which query.

@@ -1,4 +1,4 @@
-"""The motions of a pick, for each valid grasp, best first, until all exist (paper: A Modular Pipeline)."""
+"""Plan the motions of a pick for each valid grasp, best first, until all exist (paper: A Modular Pipeline)."""
 
 from dataclasses import replace
 
@@ -38,7 +38,7 @@ class SamplingMotionPlanner(MotionPlannerTraits):
         self.free = FreeMotions(robot, self._arrays, workspace, self.config)
 
     def plan_pick(self, request: PickRequest, rng: np.random.Generator) -> PickPlan | PlanFailure:
-        """Motions for the best valid grasp for which all of them exist, or where the last one failed."""
+        """Return motions for the best valid grasp for which all of them exist, or where the last one failed."""
         order = request.grasps.of(request.object_id)
         order = order[request.report.status[order] == GraspStatus.VALID][: self.config.max_grasps]
         failure = PlanFailure(
@@ -55,7 +55,7 @@ class SamplingMotionPlanner(MotionPlannerTraits):
         return failure
 
     def warm_up(self, request: PickRequest) -> None:
-        """Use every compiled kernel once, to no effect: the path that is shortened need not be free."""
+        """Run every compiled kernel once and discard the results; the path that is shortened need not be free."""
         arm, config, rng = self.robot.arm, self.config, np.random.default_rng(0)
         rest = arm.rest_qpos
         width_m = config.opening(self.robot.gripper.max_width_m)
@@ -99,7 +99,7 @@ class SamplingMotionPlanner(MotionPlannerTraits):
         )
 
     def held(self, request: PickRequest) -> Held:
-        """The object of a request as it would be held, world frame, where it lies now."""
+        """Return the object of a request as it would be held, world frame, where it is now."""
         camera = request.scene.observation.T_world_camera[:3, 3].astype(float)
         return held_where_it_lies(
             request.scene.object(request.object_id),
@@ -110,7 +110,7 @@ class SamplingMotionPlanner(MotionPlannerTraits):
         )
 
     def context(self, request: PickRequest, grasp: int, held: Held) -> LineContext:
-        """One grasp of a request and all that its motions depend on; `held` as above."""
+        """Return one grasp of a request and everything that its motions depend on; `held` comes from `held`."""
         grasps = request.grasps
         return self._context(request, grasps.Ts_world_tcp[grasp], float(grasps.widths_m[grasp]), held)
 

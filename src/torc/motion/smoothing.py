@@ -1,4 +1,4 @@
-"""Shorter, rounder paths: shortcuts and rounded corners, all checked edge by edge; compiled."""
+"""Shorten and round paths: shortcuts and rounded corners, all checked edge by edge; compiled."""
 
 import numpy as np
 from jaxtyping import Float
@@ -12,7 +12,7 @@ from torc.motion.space import FreeSpace
 
 @njit(cache=True)
 def _at(path, cumulative, s, out):
-    """Point at arc length s into out; returns the index of its segment."""
+    """Write the point at arc length s to out; return the index of its segment."""
     k = 0
     while k + 2 < cumulative.shape[0] and cumulative[k + 1] < s:
         k += 1
@@ -59,7 +59,7 @@ def _shortcut(path, draws, weights, scene):
 
 @njit(cache=True)
 def _skip_waypoints(path, scene):
-    """From each waypoint straight to the last one that can be reached."""
+    """Go from each waypoint straight to the last one that can be reached."""
     scratch = scratch_for(scene[1])
     keep = np.zeros(path.shape[0], np.bool_)
     keep[0] = True
@@ -75,7 +75,7 @@ def _skip_waypoints(path, scene):
 
 @njit(cache=True)
 def _arc(before, corner, after, d, samples, out):
-    """Points of the quadratic Bezier arc that leaves the corner out by d on either side."""
+    """Write points of the quadratic Bezier arc that leaves the corner out by d on either side."""
     u, v = before - corner, after - corner
     first = corner + u * (d / np.linalg.norm(u))
     last = corner + v * (d / np.linalg.norm(v))
@@ -110,7 +110,7 @@ def _corner_blends(path, blend_rad, samples, scene):
 def shortcut(
     path: Float[np.ndarray, "m dof"], rounds: int, space: FreeSpace, rng: np.random.Generator
 ) -> Float[np.ndarray, "k dof"]:
-    """A shorter free path: skip waypoints, then join random points of the path by free edges, then skip again."""
+    """Return a shorter free path: skip waypoints, then join random points of the path by free edges, then skip again."""
     draws = rng.random((rounds, 2))
     path = _skip_waypoints(kernel_array(path), space.scene)
     path = _shortcut(path, draws, space.weights, space.scene)
@@ -120,7 +120,8 @@ def shortcut(
 def corner_blends(
     path: Float[np.ndarray, "m dof"], blend_rad: float, space: FreeSpace, samples: int = 7
 ) -> Float[np.ndarray, "m"]:
-    """How far from each corner its arc may begin: at most blend_rad and half a leg, halved until the arc is free.
+    """Return how far from each corner its arc may begin: at most blend_rad and half a leg, halved until the arc is
+    free.
 
     0 at both ends and where even a small arc is not free.
     """

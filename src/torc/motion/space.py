@@ -1,4 +1,4 @@
-"""What a search for a free motion is asked, and the free space of it, ready for the compiled checks."""
+"""The query for a free motion, and its free space, ready for the compiled checks."""
 
 from dataclasses import dataclass, replace
 
@@ -38,11 +38,11 @@ class FreeSpace:
 
     @property
     def scene(self) -> tuple[float, RobotArrays, WorldArrays, np.ndarray, float]:
-        """Opening, robot, world, reach and step, in the order in which the compiled checks take them."""
+        """Opening, robot, world, reach and step, in the order that the compiled checks expect."""
         return self.width_m, self.robot, self.world, self.reach, self.step_m
 
     def collides(self, qpos: Float[np.ndarray, "n dof"]) -> Bool[np.ndarray, "n"]:
-        """Whether each configuration touches anything."""
+        """Check whether each configuration touches anything."""
         n = len(qpos)
         widths_m, own_bits = np.full(n, self.width_m), np.zeros(n, np.uint64)
         bits, flags = contacts_batch(
@@ -53,18 +53,18 @@ class FreeSpace:
     def edges_collide(
         self, start: Float[np.ndarray, "dof"], ends: Float[np.ndarray, "n dof"]
     ) -> Bool[np.ndarray, "n"]:
-        """Whether each straight edge from start touches anything."""
+        """Check whether each straight edge from start touches anything."""
         n = len(ends)
         width_m, *scene = self.scene
         starts = kernel_array(np.broadcast_to(start, ends.shape))
         return edges_batch(starts, kernel_array(ends), np.full(n, width_m), np.zeros(n, np.uint64), *scene)
 
     def edge_free(self, a: Float[np.ndarray, "dof"], b: Float[np.ndarray, "dof"]) -> bool:
-        """Whether the straight edge touches nothing."""
+        """Check whether the straight edge touches nothing."""
         return not self.edges_collide(a, b[None])[0]
 
     def seconds_between(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-        """Time the slowest joint needs at full speed, ignoring accelerations."""
+        """Return the time the slowest joint needs at full speed, ignoring accelerations."""
         return np.max(np.abs(np.asarray(b) - a) * self.weights, axis=-1)
 
 
@@ -76,7 +76,7 @@ def free_space(
     max_speed: Float[np.ndarray, "dof"],
     attached: Float[np.ndarray, "a 4"] | None = None,
 ) -> FreeSpace:
-    """The free space of a robot with an opening and attached spheres (tool0 frame) in a world."""
+    """Return the free space of a robot with an opening and attached spheres (tool0 frame) in a world."""
     robot, width_m = with_attached(robot, attached), float(width_m)
     reach, step_m = joint_reach(robot, width_m), world.config.edge_step_m
     lower, upper = limits
@@ -84,7 +84,7 @@ def free_space(
 
 
 def loosened(space: FreeSpace, by_m: float, itself_too: bool = False) -> FreeSpace:
-    """The same space with smaller paddings, if wanted also between parts of the robot."""
+    """Return the space with smaller paddings, with `itself_too` also between parts of the robot."""
     world = space.world._replace(padding=space.world.padding - by_m)
     if itself_too:
         world = world._replace(self_padding=world.self_padding - by_m)
@@ -92,20 +92,20 @@ def loosened(space: FreeSpace, by_m: float, itself_too: bool = False) -> FreeSpa
 
 
 def grown(space: FreeSpace, by_m: Float[np.ndarray, "b"]) -> FreeSpace:
-    """The same space with each fixed box larger by so much on all sides."""
+    """Return the space with each fixed box larger by by_m on all sides."""
     boxes = space.world.boxes + np.outer(by_m, (-1.0, -1.0, -1.0, 1.0, 1.0, 1.0))
     return replace(space, world=space.world._replace(boxes=boxes))
 
 
 @dataclass(frozen=True)
 class MotionQuery:
-    """From where to where, and what is free on the way.
+    """The ends of a motion, and the free space between them.
 
     Attributes:
         space: what must not be touched.
         start: configuration to start from, radians.
         goals: configurations to end in, any of them.
-        later_s: seconds that the choice of each goal costs later; None: all cost the same.
+        later_s: seconds that the choice of each goal costs later; None if they all cost the same.
     """
 
     space: FreeSpace
@@ -114,13 +114,14 @@ class MotionQuery:
     later_s: Float[np.ndarray, "g"] | None = None
 
     def among(self, index: Int[np.ndarray, "k"]) -> "MotionQuery":
-        """The same with only some of the goals."""
+        """Return the query with only some of the goals."""
         later_s = None if self.later_s is None else self.later_s[index]
         return replace(self, goals=self.goals[index], later_s=later_s)
 
     def with_room(self, room_m: float) -> "MotionQuery":
-        """The same, with more room to all fixed boxes but those that the start, or a goal that can be reached, is near:
-        to these with half of that, or none.
+        """Return the query with more room to all fixed boxes.
+
+        Boxes near the start, or near a goal that can be reached, get half of that, or none.
         """
         goals = self.goals[~self.space.collides(self.goals)]
         ends = np.vstack([self.start, goals])
@@ -136,6 +137,6 @@ class MotionQuery:
         return replace(self, space=grown(self.space, by_m))
 
     def by_time(self) -> Int[np.ndarray, "g"]:
-        """Indices of the goals, the soonest first."""
+        """Return indices of the goals, the soonest first."""
         seconds = self.space.seconds_between(self.start, self.goals)
         return np.argsort(seconds if self.later_s is None else seconds + self.later_s, kind="stable")

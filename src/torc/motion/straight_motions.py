@@ -1,4 +1,4 @@
-"""The straight motions of a pick, down to the grasp and up again: candidates and timing."""
+"""Plan the straight motions of a pick, down to the grasp and up again: candidates and timing."""
 
 import numpy as np
 from jaxtyping import Float
@@ -15,7 +15,7 @@ from torc.robots.ik import solve_ik
 
 
 class StraightMotions:
-    """Approach and lift of one arm."""
+    """Plans approach and lift of one arm."""
 
     def __init__(self, arm: ArmDescription, config: MotionConfig) -> None:
         self._arm, self._config = arm, config
@@ -26,7 +26,7 @@ class StraightMotions:
         qpos_reported: Float[np.ndarray, "dof"],
         qpos_start: Float[np.ndarray, "dof"],
     ) -> list[LinePair]:
-        """Approaches and lifts, best first. Raises NoMotionError if there is none with a free pre-grasp.
+        """Return approaches and lifts, best first. Raises NoMotionError if none has a free pre-grasp.
 
         Args:
             context: the grasp.
@@ -45,17 +45,17 @@ class StraightMotions:
         raise NoMotionError(PlanStage.APPROACH, f"{why}.")
 
     def exist(self, context: LineContext, qpos_reported: Float[np.ndarray, "dof"]) -> bool:
-        """Whether `candidates` finds any; in a fraction of the time."""
+        """Check whether `candidates` finds any, in a fraction of the time."""
         config = self._config.cartesian
         try:
             branches = self._branches(context, qpos_reported)[: config.max_rounds * config.max_branches]
         except NoMotionError:
             return False
-        few = 4  # Mostly one of the first does.
+        few = 4  # Usually one of the first does.
         return any(has_lines(context, branches[i : i + few], config) for i in range(0, len(branches), few))
 
     def timed(self, pair: LinePair) -> tuple[Trajectory, Trajectory]:
-        """Approach and lift as trajectories."""
+        """Return approach and lift as trajectories."""
         config = self._config.cartesian
         return (
             self._timed_line(pair.approach, max(config.back_offs_m), config.approach_speed_m_s),
@@ -63,7 +63,7 @@ class StraightMotions:
         )
 
     def _branches(self, context: LineContext, qpos_reported: np.ndarray) -> Float[np.ndarray, "b dof"]:
-        """Free inverse-kinematics solutions of the grasp; the reported one first."""
+        """Return free inverse-kinematics solutions of the grasp, the reported one first."""
         solutions = solve_ik(self._arm, context.T_world_tool0[None]).of(0)
         if np.all(np.isfinite(qpos_reported)):
             solutions = np.vstack([qpos_reported, solutions])
@@ -75,6 +75,6 @@ class StraightMotions:
         return solutions[free]
 
     def _timed_line(self, path: Float[np.ndarray, "m dof"], longest_m: float, speed_m_s: float) -> Trajectory:
-        """A path along some of the evenly spaced waypoints of the longest line."""
+        """Time a path along some of the evenly spaced waypoints of the longest line."""
         spacing_m = longest_m / waypoints_of(longest_m, self._config.cartesian.step_m)
         return time_line(path, spacing_m * np.arange(len(path)), speed_m_s, self._arm, self._config.timing)

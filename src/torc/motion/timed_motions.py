@@ -1,4 +1,4 @@
-"""Free motions: search, shorten, round, time, and check once more."""
+"""Plan free motions: search, shorten, round, time, and check once more."""
 
 from dataclasses import replace
 
@@ -18,9 +18,9 @@ from torc.robots.description import ArmDescription
 def free_path(
     query: MotionQuery, config: SearchConfig, rng: np.random.Generator
 ) -> tuple[Float[np.ndarray, "m dof"], int] | None:
-    """A free polyline from the start to one of the goals and that goal's index; None if none is found.
+    """Return a free polyline from the start to one of the goals and that goal's index; None if none is found.
 
-    Only the soonest config.goals are looked at: the first that a straight edge reaches is taken; else a tree search
+    Only the soonest config.goals are considered: the first that a straight edge reaches is taken; else a tree search
     decides. Start and goals must be free.
     """
     space, start = query.space, query.start
@@ -41,11 +41,10 @@ def free_path(
 def timed_motion(
     query: MotionQuery, arm: ArmDescription, config: MotionConfig, rng: np.random.Generator
 ) -> tuple[Trajectory, int] | PlanStage:
-    """A free, timed motion to one of the goals and that goal's index, or the stage that failed (FREE or
-    TIMING).
+    """Return a free, timed motion to one of the goals and that goal's index, or the stage that failed (FREE or TIMING).
 
-    An edge is checked at steps; what grazes an obstacle between them shows in the trajectory, which is
-    checked finely. Then the search is repeated with smaller steps.
+    An edge is checked at steps. A path that grazes an obstacle between them shows in the trajectory, which is checked
+    finely; then the search is repeated with smaller steps.
     """
     failed, space = PlanStage.FREE, query.space
     for refinement in range(config.search.refinements + 1):
@@ -63,7 +62,7 @@ def timed_motion(
 def _timed(
     path: Float[np.ndarray, "m dof"], space: FreeSpace, arm: ArmDescription, config: MotionConfig
 ) -> Trajectory | None:
-    """The polyline with rounded corners, timed; where that is not free after all, it stops at the corners."""
+    """Time the polyline with rounded corners, or, if that is not free after all, with stops at the corners."""
     if np.all(np.abs(path - path[0]) < 1e-9):
         return Trajectory(np.array([0.0, config.timing.sample_s]), path[[0, 0]], np.zeros((2, path.shape[1])))
     strict = loosened(space, config.search.grazing_m)
@@ -84,10 +83,10 @@ _TRIES = 200
 def way_out(
     space: FreeSpace, start: Float[np.ndarray, "dof"], rng: np.random.Generator
 ) -> Float[np.ndarray, "dof"] | None:
-    """The nearest free configuration found to which a straight edge leads without deeper contact than at the start.
+    """Return the nearest free configuration found to which a straight edge leads without deeper contact than at the
+    start.
 
-    The start itself if it is free. None if it is in contact by more than 3 cm (paddings included) or nothing free is
-    near.
+    The start itself if it is free. None if its contact is deeper than 3 cm (paddings included) or nothing free is near.
     """
     if not space.collides(start[None])[0]:
         return start

@@ -1,4 +1,4 @@
-"""From paths to trajectories within the joints' speed and acceleration limits, at rest at both ends."""
+"""Turn paths into trajectories within the joints' speed and acceleration limits, at rest at both ends."""
 
 import numpy as np
 from jaxtyping import Float
@@ -13,7 +13,7 @@ from torc.robots.description import ArmDescription
 
 
 def time_path(path: PiecewisePath, arm: ArmDescription, config: TimingConfig) -> Trajectory:
-    """The fastest motion along a path.
+    """Return the fastest motion along a path.
 
     The trajectory stays on the path exactly: between grid points the speed follows constant path acceleration.
     """
@@ -27,7 +27,7 @@ def time_path(path: PiecewisePath, arm: ArmDescription, config: TimingConfig) ->
 
 
 def join(trajectories: list[Trajectory]) -> Trajectory:
-    """One trajectory after the other."""
+    """Join trajectories one after the other."""
     times, start = [trajectories[0].times_s], trajectories[0].duration_s
     for t in trajectories[1:]:
         times.append(t.times_s[1:] + start)
@@ -46,7 +46,7 @@ def time_line(
     arm: ArmDescription,
     config: TimingConfig,
 ) -> Trajectory:
-    """Motion along a straight line of the TCP: its speed rises, holds and falls, within all limits.
+    """Return the motion along a straight line of the TCP: its speed rises, holds and falls, within all limits.
 
     Args:
         waypoints: configurations along the line.
@@ -61,8 +61,7 @@ def time_line(
     speed_limit = config.speed_scale * arm.max_speed
     acceleration_limit = config.acceleration_scale * arm.max_acceleration
     speed = min(max_speed_m_s, float(np.min(speed_limit / first)))
-    # Half of the acceleration is left for the line's curvature in joint space, the rest to speed up and
-    # brake.
+    # Half of the acceleration is left for the line's curvature in joint space, the rest for speeding up and braking.
     speed = min(speed, float(np.sqrt(np.min(0.5 * acceleration_limit / np.maximum(second, 1e-9)))))
     acceleration = float(np.min((acceleration_limit - second * speed**2) / first))
     ramp = speed / acceleration
@@ -83,7 +82,7 @@ def time_line(
 def _sample(
     path: PiecewisePath, grid: Float[np.ndarray, "g"], speeds: Float[np.ndarray, "g"], sample_s: float
 ) -> Trajectory:
-    """Samples in time of a path with the given speeds (of s) at grid points, constant acceleration between."""
+    """Sample a path in time, with the given speeds (of s) at grid points and constant acceleration between."""
     mean = 0.5 * (speeds[1:] + speeds[:-1])
     at = np.concatenate([[0.0], np.cumsum(np.diff(grid) / np.maximum(mean, 1e-9))])
     times = _sample_times(at[-1], sample_s)
@@ -98,15 +97,16 @@ def _sample(
 
 
 def _sample_times(duration: float, sample_s: float) -> Float[np.ndarray, "t"]:
-    """Evenly spread times from 0 to the duration, at most sample_s apart."""
+    """Return evenly spread times from 0 to the duration, at most sample_s apart."""
     return np.linspace(0.0, duration, max(2, int(np.ceil(duration / sample_s)) + 1))
 
 
 @njit(cache=True)
 def _bounds(start, end, curvature, ds, limits, low, high):
-    """Bounds on u at both ends of an interval, as lines in x at its start: low[k, 0] + low[k, 1] x <= u <= high[...].
+    """Write bounds on u at both ends of an interval, as lines in x at its start: low[k, 0] + low[k, 1] x <= u <=
+    high[...].
 
-    Returns how many, and the largest x by itself. At the end x is x + 2 u ds.
+    Returns how many, and the largest x on its own. At the end x is x + 2 u ds.
     """
     n, x_max = 0, np.inf
     for j in range(start.shape[0]):
@@ -125,7 +125,7 @@ def _bounds(start, end, curvature, ds, limits, low, high):
 
 @njit(cache=True)
 def _largest_x(low, high, n, x_max):
-    """Largest x up to x_max at which every lower bound on u is below every upper one."""
+    """Return the largest x up to x_max at which every lower bound on u is below every upper one."""
     for i in range(n):
         for j in range(n):
             slope = low[i, 1] - high[j, 1]
@@ -136,7 +136,7 @@ def _largest_x(low, high, n, x_max):
 
 @njit(cache=True)
 def _speed_limits(start, end, speed):
-    """Largest x at each grid point such that no joint is too fast anywhere on the intervals beside it."""
+    """Return the largest x at each grid point such that no joint is too fast anywhere on the intervals beside it."""
     limit = np.full(start.shape[0] + 1, 1e12)
     for i in range(start.shape[0]):
         for j in range(start.shape[1]):
@@ -182,7 +182,7 @@ def fastest_speeds(
     max_speed: Float[np.ndarray, "dof"],
     max_acceleration: Float[np.ndarray, "dof"],
 ) -> Float[np.ndarray, "m"]:
-    """Path speed ds/dt at each grid point, 0 at both ends.
+    """Return the path speed ds/dt at each grid point, 0 at both ends.
 
     Args:
         grid: values of the path parameter s, rising.

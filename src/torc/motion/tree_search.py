@@ -62,7 +62,7 @@ def _grow(nodes, parents, count, target, range_rad, greedy, scene, scratch):
 
 @njit(cache=True)
 def _joined(nodes, parents, counts):
-    """Path from the start through the last nodes of both trees, which are the same point, to a goal."""
+    """Return the path from the start through the last nodes of both trees, which are the same point, to a goal."""
     one = _trace(nodes[0], parents[0], counts[0] - 1)
     two = _trace(nodes[1], parents[1], counts[1] - 1)
     path = np.empty((one.shape[0] + two.shape[0] - 1, nodes.shape[2]))
@@ -73,7 +73,7 @@ def _joined(nodes, parents, counts):
 
 @njit(cache=True)
 def _connect(start, goals, samples, range_rad, capacity, scene):
-    """Path from start to a goal, with no rows if the samples did not suffice."""
+    """Return the path from start to a goal, without rows if the samples did not suffice."""
     dof = start.shape[0]
     scratch = np.empty(dof), scratch_for(scene[1])
     nodes = np.empty((2, capacity, dof))
@@ -103,14 +103,14 @@ def _connect(start, goals, samples, range_rad, capacity, scene):
 def tree_search(
     query: MotionQuery, config: SearchConfig, rng: np.random.Generator
 ) -> Float[np.ndarray, "m dof"] | None:
-    """A free path from the start to one of the goals, or None after config.max_iterations samples.
+    """Return a free path from the start to one of the goals, or None after config.max_iterations samples.
 
     Start and goals must be free. The goals are tried in their order: the first one has the tree to itself, and each
     further one joins when the tree has grown to twice as many nodes as goals. Every draw comes from rng.
     """
     space, goals = query.space, kernel_array(query.goals)
     samples = rng.uniform(space.lower, space.upper, (config.max_iterations, len(query.start)))
-    # Per sample one node by growing towards it, and one per range_rad of the way by growing towards the other tree.
+    # Per sample one node for growing towards it, and one per range_rad for growing towards the other tree.
     way = int(np.linalg.norm(space.upper - space.lower) / config.range_rad) + 2
     path = _connect(
         kernel_array(query.start),

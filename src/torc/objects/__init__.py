@@ -1,1 +1,1 @@
-"""Objects: what the simulator needs to know of a thing, its files, the library, the import of meshes."""
+"""Object models as the simulator needs them: their files, the library, the import of meshes."""

@@ -1,7 +1,7 @@
-"""All objects: those that come with torc, and whatever the user has imported. Light to import.
+"""The library of all objects: the shipped ones, and those that the user imported. Light to import.
 
 The shipped ones are object files too, in `data/shipped`; they were drawn once, by `tools/objects`. Their index makes
-`object_names()` and `object_facts()` cheap. A user's object never takes the place of a shipped one.
+`object_names()` and `object_facts()` cheap. A user's object never replaces a shipped one.
 
 `TORC_OBJECTS` names the user's directories of objects (several are separated as in PATH; the first is where imports
 go). Without it there is one: `torc/objects` in the user's data directory (`XDG_DATA_HOME`, or `~/.local/share`).
@@ -26,18 +26,19 @@ if TYPE_CHECKING:  # the names alone need neither numpy nor Pillow
     from torc.objects.models import ObjectModel
 
 SHIPPED_OBJECTS = Path(__file__).parent / "data" / "shipped"
-"""The objects that come with torc: drawn by `tools/objects`, never written to by torc."""
+"""The shipped objects: drawn by `tools/objects`, never written to by torc."""
 ENVIRONMENT_VARIABLE = "TORC_OBJECTS"
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.\-]{0,63}")
 INDEX_FILE = "index.json"
 FACTS_PATH = Path(__file__).parent / "data" / "graspable.json"
-"""Which models the gripper gets hold of with nothing else on the table, as measured in the simulator; whether the arm
-reaches is asked of each scene. Made by `python -m tools.grasp_model graspable`."""
+"""Which models the gripper can grasp with nothing else on the table, as measured in the simulator; the arm's reach is
+checked in each scene. Made by `python -m tools.grasp_model graspable`.
+"""
 
 
 @dataclass(frozen=True)
 class ObjectFacts:
-    """What is known of an object without reading its shape: as in `ObjectModel`, and whether it comes with torc."""
+    """What is known of an object without reading its shape: as in `ObjectModel`, and whether it is shipped."""
 
     name: str
     kind: str
@@ -54,17 +55,17 @@ def _shipped() -> dict[str, ObjectFacts]:
 
 
 def object_names() -> tuple[str, ...]:
-    """Names of all models: the shipped ones in the order of their index, then the user's own."""
+    """Return the names of all models: the shipped ones in the order of their index, then the user's own."""
     return (*_shipped(), *(name for name in stored_objects() if name not in _shipped()))
 
 
 def builtin_object_names() -> tuple[str, ...]:
-    """Names of the models that come with torc: the same, in the same order, on every machine."""
+    """Return the names of the shipped models, in one order on every machine."""
     return tuple(_shipped())
 
 
 def has_object(name: str) -> bool:
-    """Whether there is a model of that name, shipped, made of a shipped one, or stored by the user."""
+    """Check whether there is a model of that name: shipped, made from a shipped one, or stored by the user."""
     return name in _shipped() or _is_marked(name) or find_stored(name) is not None
 
 
@@ -73,7 +74,7 @@ def _is_marked(name: str) -> bool:
 
 
 def object_facts(name: str) -> ObjectFacts:
-    """Facts of a model. Raises UnknownNameError, or InputError if a stored one is damaged."""
+    """Return facts of a model. Raises UnknownNameError, or InputError if a stored one is damaged."""
     if name in _shipped():
         return _shipped()[name]
     base = base_name(name)
@@ -88,12 +89,12 @@ def object_facts(name: str) -> ObjectFacts:
 
 
 def object_description(name: str) -> str:
-    """Short unique words for a model. Raises as `object_facts`."""
+    """Return short unique words for a model. Raises as `object_facts`."""
     return object_facts(name).description
 
 
 def load_object(name: str) -> ObjectModel:
-    """The model with that name. Raises UnknownNameError, or InputError if a stored one is damaged."""
+    """Load the model with that name. Raises UnknownNameError, or InputError if a stored one is damaged."""
     base = base_name(name)
     if base is not None and base in _shipped():
         from torc.objects.marked import marked
@@ -110,36 +111,36 @@ def _directory(name: str) -> Path:
 
 
 def store_directories() -> tuple[Path, ...]:
-    """Directories that hold the user's objects, in the order in which they are searched; they need not exist."""
+    """Return the directories of the user's objects, in search order; they need not exist."""
     given = [
         Path(p).expanduser() for p in os.environ.get(ENVIRONMENT_VARIABLE, "").split(os.pathsep) if p.strip()
     ]
     if given:
         return tuple(given)
     data = os.environ.get("XDG_DATA_HOME", "")
-    # The specification has relative paths ignored.
+    # The specification says to ignore relative paths.
     home = Path(data) if os.path.isabs(data) else Path("~/.local/share").expanduser()
     return (home / "torc" / "objects",)
 
 
 def stored_objects() -> dict[str, Path]:
-    """Names of the user's objects, sorted, and their directories. They are not read: some may turn out damaged."""
-    stores = reversed(store_directories())  # the first one counts
+    """Return the names of the user's objects, sorted, and their directories. They are not read: some may be damaged."""
+    stores = reversed(store_directories())  # the first one wins
     found = {place.name: place for store in stores for place in store.glob("*") if _is_object(place)}
     return dict(sorted(found.items()))
 
 
 def find_stored(name: str) -> Path | None:
-    """The directory of an object of the user, or None. Any text may be asked for: it never leads out of the store."""
+    """Return the directory of a user's object, or None. Any text is safe: it never leads out of the store."""
     if not _NAME.fullmatch(name):
         return None
     return next((store / name for store in store_directories() if _is_object(store / name)), None)
 
 
 def load_stored(directory: Path) -> ObjectModel:
-    """The object in a directory of a store; read once while its files are the same. Raises InputError."""
+    """Load the object in a directory of a store; read once while its files are unchanged. Raises InputError."""
     files = [directory / name for name in ("object.yaml", "geometry.npz")]
-    # A missing one is told of where it is read.
+    # A missing one is reported where it is read.
     stamps = tuple(
         (s.st_ino, s.st_mtime_ns, s.st_size) for s in (file.stat() for file in files if file.exists())
     )
@@ -159,9 +160,13 @@ def _is_object(directory: Path) -> bool:
 
 @dataclass(frozen=True)
 class GraspFact:
-    """What came of trying to grasp a model that was alone on the table: the share of turns in which some grasp held,
-    where it stood in its natural pose, and where it was let go in a random orientation; and the digest of the model's
-    contact pieces and mass when that was measured."""
+    """The result of grasping a model that was alone on the table.
+
+    Attributes:
+        standing: share of turns in which some grasp held, in its natural pose.
+        tumbled: that share after it was let go in a random orientation.
+        digest: of the model's contact pieces and mass when this was measured.
+    """
 
     standing: float
     tumbled: float
@@ -170,17 +175,17 @@ class GraspFact:
 
 @cache
 def all_grasp_facts() -> Mapping[str, GraspFact]:
-    """What is known of the library's models, by name."""
+    """Return what is known of the library's models, by name."""
     return read_facts(FACTS_PATH)
 
 
 def read_facts(path: Path) -> Mapping[str, GraspFact]:
-    """Facts from a file."""
+    """Read facts from a file."""
     content = json.loads(read_text(path))
     return {name: GraspFact(**fact) for name, fact in content["models"].items()}
 
 
 def graspable(name: str) -> bool | None:
-    """Whether a model can be grasped as it stands, with nothing around it; None if that was never measured."""
+    """Return whether a model can be grasped as it stands, with nothing around it; None if never measured."""
     fact = all_grasp_facts().get(name)
     return None if fact is None else fact.standing > 0.0

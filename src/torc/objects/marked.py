@@ -1,5 +1,6 @@
-"""Models with a mark: a shipped one with a round sticker on its front, which is seen from that side only. They are made
-of the shipped ones when they are loaded and have no files. Their names are NAME.marked.
+"""Models with a mark: a shipped one with a round sticker on its front, which is seen from that side only.
+
+They are made from the shipped ones when they are loaded and have no files. Their names are NAME.marked.
 """
 
 from dataclasses import replace
@@ -11,9 +12,9 @@ from torc.objects.models import ObjectModel, VisualMesh
 from torc.objects.names import SUFFIX, marked_description
 
 COLOR = (0.98, 0.80, 0.05, 1.0)
-"""Yellow, as no model's front is throughout."""
+"""Yellow; no model's front is entirely so."""
 _SHARE = 0.42
-"""Diameter of the sticker against the narrower of the front's edges."""
+"""Diameter of the sticker relative to the shorter of the front's edges."""
 _ABOVE_M = 0.0008
 """How far the sticker stands off: less than surfaces and contacts agree within, more than depth buffers confuse."""
 _CORNERS = 24
@@ -21,7 +22,7 @@ _CORNERS = 24
 
 @lru_cache(maxsize=32)
 def marked(model: ObjectModel) -> ObjectModel:
-    """A model with the sticker; contacts, mass and size are those of the model itself."""
+    """Return a model with the sticker; contacts, mass and size are unchanged."""
     return replace(
         model,
         name=model.name + SUFFIX,
@@ -31,7 +32,7 @@ def marked(model: ObjectModel) -> ObjectModel:
 
 
 def _sticker(model: ObjectModel) -> VisualMesh:
-    """A disc before the front (-x), at the height of the middle."""
+    """Return a disc before the front (-x), at the height of the middle."""
     vertices = np.concatenate([mesh.vertices for mesh in model.visuals])
     lower, upper = vertices.min(axis=0), vertices.max(axis=0)
     _, y, z = (lower + upper) / 2

@@ -26,7 +26,7 @@ class CollisionPiece:
         size: as in MuJoCo: box half edges; cylinder and capsule (radius, half length without caps) along the piece's
             z; sphere (radius,); ellipsoid half axes; mesh ().
         vertices: of a mesh, in the piece's frame; the piece is their convex hull. None for primitives.
-        relative_density: against the object's other pieces, for the distribution of its mass.
+        relative_density: relative to the object's other pieces, for the distribution of its mass.
     """
 
     kind: PieceKind
@@ -47,7 +47,7 @@ class CollisionPiece:
         return np.stack([-self.support(-np.eye(3)), self.support(np.eye(3))])
 
     def support(self, directions: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n"]:
-        """Support function: the largest p . direction over its points p, model frame; unit directions."""
+        """Return the support function: the largest p . direction over its points p, model frame; unit directions."""
         T = self.T_object_piece
         d = directions @ T[:3, :3]
         base = directions @ T[:3, 3]
@@ -95,11 +95,11 @@ class CollisionPiece:
 
     @property
     def thickness_m(self) -> float:
-        """How thick it is: a primitive where it is thinnest, a mesh in the mean (volume by half the surface)."""
+        """Its thickness: a primitive's where it is thinnest, a mesh's mean (volume by half the surface)."""
         return 2.0 * min(self.size) if self.size else float(2.0 * self._hull.volume / self._hull.area)
 
     def contains(self, points: Float[np.ndarray, "n 3"]) -> Bool[np.ndarray, "n"]:
-        """Which points, model frame, lie inside it."""
+        """Return which points, model frame, lie inside it."""
         T = self.T_object_piece
         p = (points - T[:3, 3]) @ T[:3, :3]
         s = self.size
@@ -120,11 +120,12 @@ class CollisionPiece:
 
 @dataclass(frozen=True, eq=False)
 class VisualMesh:
-    """One surface to look at, model frame. Triangles are counter-clockwise seen from outside, normals (per vertex) of
-    unit length; `rgba` is the colour without a texture, white with one.
+    """One visible surface, model frame.
 
-    `uv` per vertex: u to the right and v *down* the texture; (0, 0) is the outer corner of texture[0, 0], which is also
-    MuJoCo's convention for user data.
+    Triangles are counter-clockwise seen from outside, normals (per vertex) of unit length; `rgba` is the colour without
+    a
+    texture, white with one. `uv` per vertex: u to the right and v *down* the texture; (0, 0) is the outer corner of
+    texture[0, 0], which is also MuJoCo's convention for user data.
     """
 
     vertices: Float[np.ndarray, "n 3"]
@@ -160,16 +161,16 @@ class ObjectModel:
 
     @cached_property
     def piece_masses_kg(self) -> tuple[float, ...]:
-        """The mass of each piece: by volume and relative density; they sum to mass_kg."""
+        """The mass of each piece, by volume and relative density; they sum to mass_kg."""
         weights = np.array([p.volume_m3 * p.relative_density for p in self.pieces])
         return tuple(float(m) for m in self.mass_kg * weights / weights.sum())
 
     def support(self, directions: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n"]:
-        """Support function of all pieces together, model frame; unit directions."""
+        """Return the support function of all pieces together, model frame; unit directions."""
         return np.max([p.support(directions) for p in self.pieces], axis=0)
 
 
 def pieces_bounds(pieces: tuple[CollisionPiece, ...] | list[CollisionPiece]) -> Float[np.ndarray, "2 3"]:
-    """Lower and upper corner of the bounding box of some pieces."""
+    """Return the lower and upper corner of the bounding box of some pieces."""
     bounds = np.stack([p.bounds for p in pieces])
     return np.stack([bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)])

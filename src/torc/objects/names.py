@@ -1,14 +1,14 @@
-"""Names and words of models that are made of others. Light to import."""
+"""Names and words of models that are made from others. Light to import."""
 
 SUFFIX = ".marked"
-"""Of a model with a mark on its front, see `torc.objects.marked`."""
+"""Suffix of a model with a mark on its front, see `torc.objects.marked`."""
 
 
 def base_name(name: str) -> str | None:
-    """The model that a marked one is made of, by its name; None for other names."""
+    """Return the name of the model that a marked one is made from; None for other names."""
     return name.removesuffix(SUFFIX) if name.endswith(SUFFIX) and name != SUFFIX else None
 
 
 def marked_description(description: str) -> str:
-    """E.g. "the red tomato soup can with a yellow sticker on its front"."""
+    """Return e.g. "the red tomato soup can with a yellow sticker on its front"."""
     return f"{description} with a yellow sticker on its front"

@@ -1,4 +1,4 @@
-"""Objects on disk, format `torc-object/1`: one directory per object, named like it.
+"""Store objects on disk, format `torc-object/1`: one directory per object, with its name.
 
 object.yaml      facts, and which arrays make up which piece and surface (schema: `torc.objects.schema`)
 geometry.npz     visual_0_vertices, visual_0_faces, visual_0_uv, visual_0_normals, piece_0_vertices, ...; no pickle
@@ -38,21 +38,26 @@ from torc.objects.schema import (
 OBJECT_FILE, GEOMETRY_FILE = "object.yaml", "geometry.npz"
 MAX_GEOMETRY_BYTES, MAX_PNG_BYTES = 48 * 2**20, 32 * 2**20
 _FACTS = ("name", "kind", "description", "mass_kg", "friction", "rolls", "held_out", "size_m")
-"""What a model and its file hold alike."""
+"""Fields that a model and its file share."""
 _MAX_NUMBER = 1e30
-"""Larger ones do not fit the single precision of physics and pictures."""
+"""Larger numbers do not fit the single precision of physics and pictures."""
 _FRAME_TOLERANCE_M = 1e-5
 _MIN_VOLUME_M3, _MIN_THICKNESS_M = 1e-12, 1e-5
 _LEAST_M2, _MOST_M2 = MIN_SIZE_M**2, 12.0
-"""Of all surfaces together: a side of the smallest thing, and a cube of 1 m from both sides. Every 2.5 mm2 get a
-sample where grasps are planned."""
+"""Limits of all surfaces together: a side of the smallest thing, and a cube of 1 m from both sides. Grasp planning
+takes a
+sample every 2.5 mm2.
+"""
 
 
 def save_object(
     model: ObjectModel, directory: Path | str, source: ObjectSource | None = None, overwrite: bool = False
 ) -> None:
-    """Write an object to a directory that bears its name; it appears complete or not at all. Raises InputError if the
-    directory exists (and not overwrite), is no object's, or cannot be written, or the model is outside of the limits.
+    """Write an object to a directory of its name, completely or not at all.
+
+    Raises InputError if the directory exists (and not overwrite), is not an object's, or cannot be written, or the
+    model
+    is outside the limits.
     """
     directory = Path(directory)
     if directory.name != model.name:
@@ -77,14 +82,18 @@ def save_object(
 
 
 def check_replaceable(directory: Path) -> None:
-    """Raises InputError where something lies that is no object."""
+    """Raise InputError if something other than an object is there."""
     if directory.exists() and not (directory / OBJECT_FILE).is_file():
         raise InputError(f"{directory} is no object, so no object replaces it. Give another name.")
 
 
 def load_object_directory(directory: Path | str, trusted: bool = False) -> ObjectModel:
-    """The object in a directory. What only a stranger's can be is not looked for in a trusted one, which takes half as
-    long. Raises InputError naming file, field and remedy."""
+    """Load the object in a directory.
+
+    A trusted one skips the checks against strangers' files, and takes half the time. Raises InputError naming file,
+    field
+    and remedy.
+    """
     directory = Path(directory)
     if trusted:  # some installers link the files of a package, and links are refused below
         directory = (directory / OBJECT_FILE).resolve().parent
@@ -110,7 +119,7 @@ def load_object_directory(directory: Path | str, trusted: bool = False) -> Objec
 
 
 def read_entry(directory: Path) -> ObjectFile:
-    """The validated object.yaml of a directory: facts without geometry. Raises InputError."""
+    """Return the validated object.yaml of a directory: facts without geometry. Raises InputError."""
     path = directory / OBJECT_FILE
     text = read_bytes(path, MAX_YAML_BYTES, "an object's description").decode("utf-8-sig", "backslashreplace")
     content = parse_plain_yaml(text, str(path), "object", MAX_YAML_BYTES, "Import the object again.")
@@ -123,7 +132,7 @@ def read_entry(directory: Path) -> ObjectFile:
 
 
 def load_source(directory: Path | str) -> ObjectSource:
-    """Where the object in a directory comes from. Raises InputError."""
+    """Return where the object in a directory comes from. Raises InputError."""
     return read_entry(Path(directory)).source
 
 
@@ -168,14 +177,14 @@ class _Arrays:
             raise InputError(f"{path} is not a readable .npz file: {error}.") from None
 
     def numbers(self, name: str, columns: int, most: int) -> Float[np.ndarray, "n k"]:
-        """An array of finite numbers with 1 to `most` rows."""
+        """Return an array of finite numbers with 1 to `most` rows."""
         array = self._rows(name, columns, most, "f").astype(np.float64)
         if not (np.abs(array) < _MAX_NUMBER).all():
             raise InputError(f"{self._path}, array {name} holds numbers that are not finite, or huge.")
         return array
 
     def visual(self, i: int, entry: VisualEntry) -> VisualMesh:
-        """A surface, with its texture."""
+        """Return a surface, with its texture."""
         vertices = self.numbers(f"visual_{i}_vertices", 3, MAX_VERTICES)
         uv = self.numbers(f"visual_{i}_uv", 2, MAX_VERTICES) if entry.uv else None
         normals = self.numbers(f"visual_{i}_normals", 3, MAX_VERTICES) if entry.normals else None
@@ -201,7 +210,7 @@ class _Arrays:
 
 
 def _texture(path: Path) -> UInt8[np.ndarray, "h w 3"]:
-    """A PNG's colours, transparency dropped. Raises InputError."""
+    """Return a PNG's colours, dropping transparency. Raises InputError."""
     data = io.BytesIO(read_bytes(path, MAX_PNG_BYTES, "a texture"))
     try:
         with warnings.catch_warnings():
@@ -215,7 +224,7 @@ def _texture(path: Path) -> UInt8[np.ndarray, "h w 3"]:
 
 
 def check_model(model: ObjectModel, directory: Path) -> None:
-    """Raises InputError where the physics would not take the object, or takes it to be elsewhere than it is."""
+    """Raise InputError if the physics would reject the object, or its frame is off."""
     if fault := _fault(model):
         raise InputError(f"{directory}: {fault} Import the mesh again.")
 

@@ -28,9 +28,9 @@ MAX_VISUALS = 64
 MAX_FACES = 200_000
 MAX_VERTICES = 600_000
 MAX_TEXTURE_PX = 2048
-"""A side."""
+"""Longest side."""
 MIN_SIZE_M, MAX_SIZE_M = 0.003, 1.0
-"""Edge lengths of the bounding box: thinner things slip through contacts, larger ones do not fit the table."""
+"""Limits of the bounding box's edges: thinner things slip through contacts, larger ones do not fit the table."""
 MIN_MASS_KG, MAX_MASS_KG = 0.001, 30.0
 MIN_FRICTION, MAX_FRICTION = 0.05, 3.0
 
@@ -90,8 +90,11 @@ class VisualEntry(BaseModel):
 
 
 class ObjectSource(BaseModel):
-    """Where an imported object comes from: a mesh file (empty if there is none), its hash, and a note for people, e.g.
-    a licence. A point p of it is R(wxyz) (scale * p) + position in the model frame."""
+    """Where an imported object comes from.
+
+    A mesh file (empty if there is none), its hash, and a note for people, e.g. a licence. A point p of it is
+    R(wxyz) (scale * p) + position in the model frame.
+    """
 
     model_config = ConfigDict(extra="forbid", allow_inf_nan=False, frozen=True)
     file: Annotated[str, Field(max_length=255), AfterValidator(_line)] = ""
@@ -131,7 +134,7 @@ class ObjectFile(BaseModel):
 
 
 def validated(content: dict[Any, Any], where: str) -> ObjectFile:
-    """The content of an object.yaml, checked; records may stand for their entries. Raises InputError."""
+    """Validate the content of an object.yaml; records may stand for their entries. Raises InputError."""
     try:
         return ObjectFile.model_validate(content, from_attributes=True)
     except ValidationError as error:

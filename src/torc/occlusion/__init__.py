@@ -1,1 +1,1 @@
-"""The occlusion volume: what has never been seen, and which object hides it."""
+"""The occlusion volume: which space was never seen, and which object hides it."""

@@ -1,9 +1,9 @@
-"""Small holes in the depth, bridged from the readings around them.
+"""Bridge small holes in the depth from the readings around them.
 
-A pixel without a reading is no evidence of anything, and leaves all of its ray unseen. Where there are readings close
-by on both sides, the surface between them is nearly known all the same: it is the continuation of one side or of the
-other. The label image tells which; where it does not, the nearer of the two is taken, so that no space is called free
-that may not be. A flat surface is continued as it is: inverse depth is linear in an image.
+A pixel without a reading is no evidence of anything, and leaves all of its ray unseen. If there are readings close by
+on both sides, the surface between them is nearly known: it is the continuation of one side or of the other. The label
+image decides which; if it does not, the nearer of the two is used, so that no space is wrongly called free. A flat
+surface is continued flat: inverse depth is linear in an image.
 """
 
 from typing import NamedTuple
@@ -15,17 +15,17 @@ from numba import njit
 from torc.records import BACKGROUND, MAX_OBJECTS, ROBOT
 
 _BASE_PX = 3
-"""The slope of a side is taken over this many pixels, or as many of them as show one surface."""
+"""The slope of a side is taken over at most this many pixels that show one surface."""
 _STEEPEST = 4.0
 """Tangent of the steepest view of a surface: 76 degrees. Neighbours further apart in depth are two surfaces."""
 _FOREIGN, _NO_SLOPE, _OWN = 1, 2, 3
-"""Of two readings around a pixel: neither has its label; one has, but no slope is known there; one has."""
+"""Ranks of two readings around a pixel: neither has its label; one has, but no slope is known there; one has."""
 
 
 class Bridged(NamedTuple):
     """A depth image with its small holes bridged.
 
-    depth_m: as read, and in bridged pixels the least that the surface's depth may be; 0 in what is left of the holes.
+    depth_m: as read; in bridged pixels the least that the surface's depth may be; 0 in what is left of the holes.
     source: the reading that each pixel continues, as an index into the raveled image; elsewhere the pixel itself.
     """
 
@@ -37,13 +37,14 @@ class Bridged(NamedTuple):
 def bridge_holes(depth, label, focal_px, hole_rad):
     """Bridge pixels that lie in a small hole: between two readings of a row, a column or a diagonal.
 
-    At most `hole_rad` of what lies between the two may be background without a reading, in which a thing that nobody
-    marked and nothing read could stand; at most twice that may lie between them in all.
+    Between the two, at most `hole_rad` may be background without a reading, in which an unmarked and unread thing could
+    stand; in all they may be at most twice that apart.
 
     A pixel continues the readings with its own label, the nearest of several. A background pixel between objects
-    continues the nearer one. A pixel of an object that has no reading close by, but some elsewhere, is free as far as
-    what lies around it or the nearest of those readings, less the width of a hole. An object without any reading is
-    not bridged, however thin.
+    continues the nearer one. A pixel of an object that has readings elsewhere but none close by is free as far as its
+    surroundings or the nearest of those readings, less the width of a hole. An object without any reading is not
+    bridged,
+    however thin.
 
     Args:
         depth: metres; 0 where there is no reading.
@@ -74,7 +75,7 @@ def bridge_holes(depth, label, focal_px, hole_rad):
 
 @njit(cache=True)
 def _nearest_by_label(depth, label):
-    """The least reading under each label, from ROBOT on; 0 where there is none."""
+    """Return the least reading under each label, from ROBOT on; 0 if there is none."""
     nearest = np.zeros(MAX_OBJECTS - ROBOT)
     height, width = depth.shape
     for row in range(height):
@@ -87,7 +88,7 @@ def _nearest_by_label(depth, label):
 
 @njit(cache=True)
 def _across(depth, label, row, col, steepest, widest_px):
-    """(rank, inverse depth, source) by the four lines through a pixel: the best rank, the nearest of that rank.
+    """Return (rank, inverse depth, source) by the four lines through a pixel: the best rank, the nearest of that rank.
 
     Rank 0 if the pixel lies in no small hole.
     """
@@ -116,11 +117,11 @@ def _across(depth, label, row, col, steepest, widest_px):
 
 @njit(cache=True)
 def _between(end_a, end_b, wa, wb, own_a, own_b):
-    """(rank, inverse depth, whether it continues a) of a pixel between readings a and b.
+    """Return (rank, inverse depth, whether it continues a) of a pixel between readings a and b.
 
     Args:
         end_a, end_b: inverse depths there.
-        wa, wb: what each comes to at the pixel if it is continued; 0 where its slope is not known.
+        wa, wb: inverse depth of each side continued to the pixel; 0 if its slope is not known.
         own_a, own_b: whether it has the pixel's label.
     """
     farther = min(end_a, end_b)
@@ -138,7 +139,7 @@ def _between(end_a, end_b, wa, wb, own_a, own_b):
 
 @njit(cache=True)
 def _reading_along(depth, label, row, col, dr, dc, widest_px):
-    """Steps to the first reading in a direction, and how many background pixels lie before it; 0 if it is too far."""
+    """Return the steps to the first reading in a direction, 0 if too far, and how many background pixels lie before it."""
     height, width = depth.shape
     empty = 0
     for n in range(1, int(2 * widest_px) + 1):
@@ -153,7 +154,7 @@ def _reading_along(depth, label, row, col, dr, dc, widest_px):
 
 @njit(cache=True)
 def _continued(depth, row, col, dr, dc, steps, steepest):
-    """Inverse depth `steps` before (row, col), of the surface there and beyond; 0 if its slope is not known."""
+    """Return the inverse depth `steps` before (row, col), of the surface there and beyond; 0 if its slope is not known."""
     height, width = depth.shape
     step = np.sqrt(float(dr * dr + dc * dc))
     last, base = depth[row, col], 0

@@ -31,7 +31,7 @@ def vote_labels(points, object_id, origin, voxel_size_m, label, votes):
 
 @njit(cache=True)
 def _seen_free_around(seen, surface, i, j, k):
-    """Whether a voxel and all its neighbours in the grid were seen and held no surface."""
+    """Check whether a voxel and all its neighbours in the grid were seen and held no surface."""
     nx, ny, nz = seen.shape
     for a in range(max(i - 1, 0), min(i + 2, nx)):
         for b in range(max(j - 1, 0), min(j + 2, ny)):
@@ -43,7 +43,7 @@ def _seen_free_around(seen, surface, i, j, k):
 
 @njit(cache=True)
 def points_in_free_space(points, origin, voxel_size_m, seen, surface):
-    """Which points lie where earlier snapshots saw free space, one voxel away from anything else."""
+    """Return which points lie where earlier snapshots saw free space, one voxel away from anything else."""
     nx, ny, nz = seen.shape
     out = np.zeros(points.shape[0], np.bool_)
     known = np.zeros((nx, ny, nz), np.int8)
@@ -63,7 +63,7 @@ def points_in_free_space(points, origin, voxel_size_m, seen, surface):
 def project_voxels(
     shape, origin, voxel_size_m, T_camera_world, K, depth, pixel_bits, disturbed, object_depth_m
 ):
-    """How one snapshot sees each voxel's centre, through the pixel nearest to its projection.
+    """Determine how one snapshot sees each voxel's centre, through the pixel nearest to its projection.
 
     Returns, per voxel: FREE (in front of the surface), HIDDEN (behind it), NO_READING or OUT_OF_VIEW; the bits of the
     pixel that hides it or has no reading; whether it lies behind a disturbed pixel by at most `object_depth_m`,
@@ -108,7 +108,7 @@ def project_voxels(
 def hold_bridged(
     pixels, depth, pixel_bits, disturbed, K, T_world_camera, origin, voxel_size_m, state, bits, near_behind
 ):
-    """Make the voxels that bridged pixels of objects lie in HIDDEN by them, in place, where they would be FREE.
+    """Make FREE voxels that bridged pixels of objects lie in HIDDEN by them, in place.
 
     With a reading there they would hold a surface, whichever side of it their centres are on.
     """

@@ -1,4 +1,4 @@
-"""Where an object could still be: poses in which nearly all of it lies in space that nobody has seen."""
+"""Find where an object could still be: poses in which nearly all of it lies in unseen space."""
 
 from functools import lru_cache
 
@@ -10,19 +10,19 @@ from torc.geometry.transforms import rotation_about
 from torc.objects.models import ObjectModel
 
 SHARE = 0.9
-"""Of an object's voxels that must be unseen: voxels on the rim of what is hidden count as seen."""
+"""Share of an object's voxels that must be unseen: voxels on the rim of what is hidden count as seen."""
 _YAWS = 4
 _UPRIGHT = (np.eye(3), rotation_about((0, 1, 0), np.pi / 2), rotation_about((1, 0, 0), np.pi / 2))
-"""Each axis of the model upwards."""
+"""Turns that point each axis of the model upwards."""
 _PER_VOXEL = 2
 """Points along each axis of a voxel by which a shape is sampled."""
 
 
 def places_left(unseen: Bool[np.ndarray, "nx ny nz"], model: ObjectModel, voxel_size_m: float) -> int:
-    """In how many poses the object could be: at every voxel, on each of its axes and turned in steps of 45 degrees,
-    with at least SHARE of it in unseen voxels; 0 if it can be nowhere.
+    """Count the poses in which the object could be; 0 if it can be nowhere.
 
-    It may hang in the air there, so that 0 proves that it is not there, as far as its outline is that of its model.
+    They are at every voxel, on each of its axes and turned in steps of 45 degrees, with at least SHARE of it in unseen
+    voxels. It may hang in the air there, so 0 proves that it is not there, as far as its outline is that of its model.
     """
     at = np.argwhere(unseen)
     if not len(at):
@@ -33,7 +33,7 @@ def places_left(unseen: Bool[np.ndarray, "nx ny nz"], model: ObjectModel, voxel_
     for shape in _shapes(model, voxel_size_m):
         if room.sum() < SHARE * shape.sum():
             continue
-        # An object whose box is larger than the room may still lie in it with what little may be outside.
+        # An object whose box is larger than the room may still fit with the share that may be outside.
         padded = np.pad(room, [(max(0, s - r), max(0, s - r)) for s, r in zip(shape.shape, room.shape)])
         inside = fftconvolve(padded, shape[::-1, ::-1, ::-1], mode="valid")
         count += int(np.count_nonzero(inside >= SHARE * shape.sum() - 0.5))
@@ -42,7 +42,7 @@ def places_left(unseen: Bool[np.ndarray, "nx ny nz"], model: ObjectModel, voxel_
 
 @lru_cache(maxsize=64)
 def _shapes(model: ObjectModel, voxel_size_m: float) -> tuple[np.ndarray, ...]:
-    """The model in voxels, in each of its poses."""
+    """Return the model in voxels, in each of its poses."""
     points = _points_within(model, voxel_size_m / _PER_VOXEL)
     shapes = []
     for upright in _UPRIGHT:
@@ -51,13 +51,13 @@ def _shapes(model: ObjectModel, voxel_size_m: float) -> tuple[np.ndarray, ...]:
             index = np.floor((turned - turned.min(axis=0)) / voxel_size_m + 1e-6).astype(np.int64)
             shape = np.zeros(index.max(axis=0) + 1, np.float32)
             np.add.at(shape, tuple(index.T), 1.0)
-            # Voxels that it fills by half and more: those of its rim do not count.
+            # Voxels that it fills by at least half: those of its rim do not count.
             shapes.append((shape >= min(0.5 * _PER_VOXEL**3, shape.max())).astype(np.float32))
     return tuple(shapes)
 
 
 def _points_within(model: ObjectModel, spacing_m: float) -> np.ndarray:
-    """A lattice within the model's pieces, at least their middles."""
+    """Return a lattice within the model's pieces, at least their middles."""
     lower = np.min([piece.bounds[0] for piece in model.pieces], axis=0)
     upper = np.max([piece.bounds[1] for piece in model.pieces], axis=0)
     axes = [np.arange(a + spacing_m / 2, b, spacing_m) for a, b in zip(lower, upper)]

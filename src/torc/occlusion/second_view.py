@@ -1,8 +1,8 @@
-"""What the right camera of a stereo pair sees.
+"""Find what the right camera of a stereo pair sees.
 
-A reading is a point that both cameras saw, so nothing lies between it and either of them. That is worth most beside
-what stands near: there is a strip that the left camera alone sees. It has no reading, and all of its rays would count
-as unseen. The right camera looks through most of that space; what lies behind is hidden from it by what stands near.
+A reading is a point that both cameras saw, so nothing lies between it and either of them. That matters most beside
+near objects: there is a strip that only the left camera sees. It has no reading, and all of its rays would count as
+unseen. The right camera looks through most of that space; what lies behind is hidden from it by the near object.
 """
 
 from typing import NamedTuple
@@ -31,7 +31,7 @@ def right_view(
     baseline_m: float,
     max_depth_m: float,
 ) -> RightView:
-    """What the right camera of a view's stereo pair sees.
+    """Return what the right camera of a view's stereo pair sees.
 
     Args:
         grid: where the voxels are.
@@ -64,10 +64,10 @@ def right_view(
 def _to_right(
     depth: Float32[np.ndarray, "h w"], focal_times_baseline: float
 ) -> tuple[Float32[np.ndarray, "h w"], Int32[np.ndarray, "h w"]]:
-    """The nearest reading within a pixel of each pixel of the right picture (0 where there is none), and which pixel of
-    the left picture it is of (-1).
+    """Return the nearest reading within a pixel of each pixel of the right picture (0: none), and its left pixel (-1:
+    none).
 
-    Within a pixel: what stands near is a little wider so, and what lies behind it never shows through.
+    Within a pixel: near things become a little wider, and what lies behind them never shows through.
     """
     height, width = depth.shape
     right = np.zeros((height, width), np.float32)

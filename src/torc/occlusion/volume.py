@@ -35,22 +35,23 @@ class OcclusionConfig:
     """How snapshots change the volume.
 
     Attributes:
-        min_depth_m: smaller readings, and those that are not finite, are no readings.
+        min_depth_m: smaller readings, and those that are not finite, do not count.
         max_depth_m: a larger reading means free space as far as this.
         support_margin_m: background points this close to the grid's floor are the support surface: not stored.
         object_depth_m: how far behind its visible surface an object that moved may reach, along the ray.
         min_moved_points: fewer points than this in formerly free space are noise.
         moved_share: an object with this share of its points in formerly free space has moved as a whole.
-        empty_pixels_are_free: take background pixels without a reading as free space, for sources that give no
-            reading where nothing is in range. Off, what lies behind such pixels stays unknown.
-        out_of_view_is_free: take what the camera can never see as free instead of unknown. For a fixed camera
-            whose image does not cover the grid: unknown there would stay for ever.
+        empty_pixels_are_free: treat background pixels without a reading as free space, for sources that give no
+            reading if nothing is in range. Off, what lies behind these pixels stays unknown.
+        out_of_view_is_free: treat what the camera can never see as free instead of unknown. For a fixed camera
+            whose image does not cover the grid: it would stay unknown for ever.
         smooth_px: width of a median filter of the depth, 0 (none), 3 or 5, and 5 for large pictures: single lost or
-            smeared readings would leave unknown voxels all along their rays, and bar the arm's way. Surfaces are not
-            smoothed. Background pixels as close to an object hide what they hide as part of it.
+            smeared readings would leave unknown voxels all along their rays, and block the arm. Surfaces are not
+            smoothed. Background pixels this close to an object hide space as part of it.
         hole_rad: holes in the depth up to this wide, as an angle of view, are bridged from the readings around them,
-            see `bridge_holes`; what is hidden there is hidden by what lies around. .035 is 2.5 cm at a distance of
-            70 cm. 0 leaves them open: all of their rays stay unknown.
+            see
+            `bridge_holes`; the surroundings hide what is hidden there. .035 is 2.5 cm at a distance of 70 cm. 0 leaves
+            them open: all of their rays stay unknown.
     """
 
     min_depth_m: float = 0.1
@@ -72,15 +73,17 @@ class OcclusionConfig:
 
 
 FIXED_CAMERA = OcclusionConfig(out_of_view_is_free=True)
-"""For a camera that never moves: what it can never see counts as outside of the volume, since as "unknown" it would bar
-the arm's way for ever."""
+"""For a camera that never moves: what it can never see counts as outside the volume, since as unknown space it would
+block
+the arm for ever.
+"""
 
 FIXED_REAL_CAMERA = replace(FIXED_CAMERA, smooth_px=3)
-"""The same for a sensor with lost and smeared readings: lost ones are bridged, and the filter is for smeared ones."""
+"""`FIXED_CAMERA` for a sensor with lost and smeared readings: lost ones are bridged, and smeared ones filtered."""
 
 
 def empty_volume(grid: VoxelGrid) -> OcclusionVolume:
-    """The volume before any snapshot: everything unknown, hidden by nothing."""
+    """Return the volume before any snapshot: everything unknown, hidden by nothing."""
     if min(grid.shape) < 1 or grid.voxel_size_m <= 0:
         raise InputError(
             f"A grid of shape {grid.shape} with voxels of {grid.voxel_size_m} m holds no volume."
@@ -97,8 +100,11 @@ def empty_volume(grid: VoxelGrid) -> OcclusionVolume:
 def update_volume(
     volume: OcclusionVolume, scene: SegmentedScene, config: OcclusionConfig | None = None
 ) -> OcclusionVolume:
-    """The volume after one more snapshot; the input stays as it is. Robot and background pixels hide voxels without a
-    bit, and so do objects too small to be reported. Surface labels are those of this snapshot alone.
+    """Return the volume after one more snapshot; the input is unchanged.
+
+    Robot and background pixels hide voxels without a bit, and so do objects too small to be reported. Surface labels
+    are
+    those of this snapshot alone.
     """
     config = OcclusionConfig() if config is None else config
     grid, view = volume.grid, scene.observation
@@ -148,7 +154,7 @@ def update_volume(
 def surface_labels(
     grid: VoxelGrid, scene: SegmentedScene, config: OcclusionConfig | None = None
 ) -> Int16[np.ndarray, "nx ny nz"]:
-    """Per voxel the id that most of its surface points have; objects win over the background; EMPTY elsewhere."""
+    """Return, per voxel, the id that most of its surface points have; objects win over the background; EMPTY elsewhere."""
     config = OcclusionConfig() if config is None else config
     origin, voxel_m = kernel_array(grid.origin), float(grid.voxel_size_m)
     label = np.full(grid.shape, EMPTY, dtype=np.int16)
@@ -163,12 +169,12 @@ def surface_labels(
 
 
 class _Rays(NamedTuple):
-    """What a snapshot tells along each pixel's ray.
+    """What a snapshot shows along each pixel's ray.
 
-    depth_m: how far space is free; 0 where that is not known.
+    depth_m: how far space is free; 0 if that is not known.
     bits: of the object that hides what lies behind, see `_bits_by_label`.
     disturbed: whether it shows an object where free space was seen before.
-    bridged: row and column of the pixels that show an object, but by the readings around them.
+    bridged: row and column of the pixels that show an object only by the readings around them.
     """
 
     depth_m: Float32[np.ndarray, "h w"]
@@ -201,7 +207,7 @@ def _rays(
 
 
 def _readings(scene: SegmentedScene, config: OcclusionConfig) -> Float32[np.ndarray, "h w"]:
-    """Depth; 0 where there is no reading."""
+    """Return depth; 0 where there is no reading."""
     depth_m = scene.observation.depth_m
     with np.errstate(invalid="ignore"):
         good = (depth_m >= config.min_depth_m) & (depth_m < np.inf)
@@ -209,7 +215,7 @@ def _readings(scene: SegmentedScene, config: OcclusionConfig) -> Float32[np.ndar
 
 
 def _labels(scene: SegmentedScene, config: OcclusionConfig) -> Int16[np.ndarray, "h w"]:
-    """The label image; where depth is smoothed, objects have spread into the background."""
+    """Return the label image; if depth is smoothed, objects have spread into the background."""
     label = kernel_array(scene.label_image, np.int16)
     if config.smooth_px == 0:
         return label
@@ -219,13 +225,13 @@ def _labels(scene: SegmentedScene, config: OcclusionConfig) -> Int16[np.ndarray,
 
 
 def _smooth_px(scene: SegmentedScene, config: OcclusionConfig) -> int:
-    """The filter's width, which is odd and at most 5."""
+    """Return the filter's width, which is odd and at most 5."""
     s = finer(scene.label_image.shape)
     return min(2 * round(s * config.smooth_px / 2 - 0.5) + 1, 5)
 
 
 def _bits_by_label(scene: SegmentedScene) -> UInt64[np.ndarray, "256"]:
-    """The bit of each object, by label; 0 for the robot, the background and objects not reported."""
+    """Return the bit of each object, by label; 0 for the robot, the background and objects not reported."""
     bits = np.zeros(256, dtype=np.uint64)
     for i in scene.ids:
         bits[i] = np.uint64(1) << np.uint64(i)
@@ -235,7 +241,7 @@ def _bits_by_label(scene: SegmentedScene) -> UInt64[np.ndarray, "256"]:
 def _disturbed_pixels(
     volume: OcclusionVolume, scene: SegmentedScene, config: OcclusionConfig
 ) -> Bool[np.ndarray, "h w"]:
-    """Pixels that show an object where free space was seen before: something moved there."""
+    """Return pixels that show an object where free space was seen before: something moved there."""
     disturbed = np.zeros(scene.label_image.shape, dtype=bool)
     if volume.snapshots == 0:
         return disturbed
@@ -246,7 +252,7 @@ def _disturbed_pixels(
 
 
 def _moved_pixels(volume: OcclusionVolume, o: SegmentedObject, config: OcclusionConfig) -> np.ndarray:
-    """The pixels of an object that lie in formerly free space; all of them if that is a good share."""
+    """Return the pixels of an object in formerly free space; all of its pixels if they are a large share."""
     grid = volume.grid
     moved = points_in_free_space(
         kernel_array(o.points, np.float32),
@@ -262,7 +268,7 @@ def _moved_pixels(volume: OcclusionVolume, o: SegmentedObject, config: Occlusion
 
 
 def hidden_volumes_m3(volume: OcclusionVolume, ids: Iterable[int]) -> Float[np.ndarray, "n"]:
-    """OcclusionVolume.hidden_volume_m3 of many objects in one pass."""
+    """Return OcclusionVolume.hidden_volume_m3 of many objects in one pass."""
     counts = _count_bits(kernel_array(volume.hidden_by, np.uint64).ravel())
     return counts[list(ids)] * volume.grid.voxel_size_m**3
 
@@ -270,7 +276,7 @@ def hidden_volumes_m3(volume: OcclusionVolume, ids: Iterable[int]) -> Float[np.n
 def hidden_near_m3(
     volume: OcclusionVolume, ids: Iterable[int], points: Float[np.ndarray, "n 3"], reach_m: float
 ) -> Float[np.ndarray, "k"]:
-    """The same, of the space in the box around some points (world frame) that is larger by `reach_m` all around."""
+    """Return the volume hidden in the box around some points (world frame), enlarged by `reach_m` on all sides."""
     low = np.maximum(volume.grid.index_of(points.min(axis=0) - reach_m), 0)
     high = np.maximum(volume.grid.index_of(points.max(axis=0) + reach_m) + 1, 0)
     box = tuple(slice(a, b) for a, b in zip(low.tolist(), high.tolist()))
@@ -280,7 +286,7 @@ def hidden_near_m3(
 
 @njit(cache=True)
 def _count_bits(masks):
-    """How many of the masks have each bit set."""
+    """Count how many of the masks have each bit set."""
     counts = np.zeros(64, np.int64)
     for mask in masks:
         bit = 0

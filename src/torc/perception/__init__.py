@@ -1,1 +1,1 @@
-"""From a snapshot to a segmented scene, and the marked image that people and VLMs look at."""
+"""Turn a snapshot into a segmented scene, and into the marked image that people and VLMs look at."""

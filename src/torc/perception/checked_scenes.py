@@ -1,4 +1,4 @@
-"""Asking a perception or a depth, which may be anybody's: what it returns can be used, or the error says why not."""
+"""Ask any perception, camera or depth, and check that its result can be used."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -23,7 +23,7 @@ def ask_perception(
 ) -> SegmentedScene:
     """Return the scene that a perception makes of a snapshot, whose masks are hidden unless it needs them.
 
-    Raises PartError if it crashed or returned no scene of this snapshot; its own TorcError passes unchanged.
+    Raises PartError if it crashed or did not return a scene of this snapshot; its own TorcError passes unchanged.
     """
     what = f"Perception {type(perception).__name__}"
     if not PERCEPTIONS.traits(perception).needs_labels:
@@ -36,12 +36,12 @@ def ask_perception(
 
 
 def ask_camera(camera: Camera | Robot) -> Observation:
-    """A snapshot of a camera, or of a robot that has one. Raises PartError as `ask_perception`."""
+    """Return a snapshot from a camera, or from a robot that has one. Raises PartError as `ask_perception`."""
     return _observation("Camera", camera, "capture()", lambda: camera.capture())
 
 
 def ask_depth(depth: Depth, observation: Observation) -> Observation:
-    """The snapshot with the depth that is to be used. Raises PartError as `ask_perception`."""
+    """Return the snapshot with the depth to use. Raises PartError as `ask_perception`."""
     return _observation("Depth", depth, "measure()", lambda: depth.measure(observation))
 
 
@@ -56,7 +56,7 @@ def _observation(kind: str, part: object, method: str, ask: Callable[[], Any]) -
 
 
 def observation_faults(observation: Any, method: str) -> Iterator[str]:
-    """Why something is no RGB-D snapshot; `method` returned it."""
+    """Yield the reasons why something is not a valid RGB-D snapshot; `method` returned it."""
     if not isinstance(observation, Observation):
         yield f"{method} returned {kind_of_value(observation)}, not a torc.records.Observation"
         return
@@ -75,8 +75,9 @@ def ask_recognition(
     scene: SegmentedScene,
     object_id: int,
 ) -> float | None:
-    """What a perception says of an object in the hand. Raises PartError as `ask_perception`, and if it is no
-    probability.
+    """Return the probability that a perception gives an object in the hand of being the target.
+
+    Raises PartError as `ask_perception`, and if the result is not a probability.
     """
     what = f"Perception {type(perception).__name__}"
     recognise: Any = perception.recognise  # type: ignore[attr-defined]
@@ -88,7 +89,7 @@ def ask_recognition(
 
 
 def scene_faults(scene: Any, observation: Observation) -> Iterator[str]:
-    """Why something is no scene of a snapshot; what comes later may rest on what came before."""
+    """Yield the reasons why something is not a valid scene of a snapshot; later ones may depend on earlier ones."""
     if not isinstance(scene, SegmentedScene):
         yield f"perceive() returned {kind_of_value(scene)}, not a torc.records.SegmentedScene"
         return

@@ -1,7 +1,7 @@
-"""From a learned matcher's disparity to depth: sizes, confidence, and what cannot be seen by both cameras.
+"""Turn a learned matcher's disparity into depth: sizes, confidence, and points that only one camera sees.
 
-Matchers take pictures of other sizes than the camera's. A disparity belongs to the width of its picture: on pictures
-scaled by s it is s times as many pixels, while fx and baseline stay those of the camera.
+Matchers may take pictures of other sizes than the camera's. A disparity belongs to the width of its picture: on
+pictures scaled by s it is s times as many pixels, while fx and baseline stay those of the camera.
 """
 
 from dataclasses import dataclass, replace
@@ -19,12 +19,12 @@ _LEAST_SHARE = 1 / 16
 
 @dataclass(frozen=True)
 class LearnedStereoConfig:
-    """What is asked of a learned matcher, and what is taken of its answer.
+    """The input to a learned matcher, and which part of its answer is used.
 
     Attributes:
         scale: the pictures are scaled by this before they are matched: below 1 for speed and for near things.
-        min_confidence: what the matcher trusts less is no reading, if it tells its confidence (0 to 1).
-        min_depth_m, max_depth_m: nearer and further there is no reading.
+        min_confidence: readings with a lower confidence (0 to 1) are dropped, if the matcher reports one.
+        min_depth_m, max_depth_m: there is no reading nearer or further than this.
     """
 
     scale: float = 1.0
@@ -39,12 +39,12 @@ class LearnedStereoConfig:
             raise InputError(f"Depth range {self.min_depth_m}..{self.max_depth_m} m is not a range above 0.")
 
     def most_px(self, pair: StereoPair, fx: float) -> int:
-        """The largest disparity that counts, on the scaled pictures."""
+        """Return the largest disparity that counts, on the scaled pictures."""
         return int(np.ceil(self.scale * fx * pair.baseline_m / self.min_depth_m))
 
 
 def pair_of(observation: Observation, stage: str) -> StereoPair:
-    """The two pictures. Raises InputError where there are none."""
+    """Return the two pictures. Raises InputError if there are none."""
     if observation.pair is None:
         raise InputError(
             f"--depth {stage} needs the two pictures of a stereo camera, and this snapshot has none. Use a stereo "
@@ -54,7 +54,7 @@ def pair_of(observation: Observation, stage: str) -> StereoPair:
 
 
 def scaled(picture: UInt8[np.ndarray, "h w"], scale: float) -> UInt8[np.ndarray, "a b"]:
-    """A picture of another size."""
+    """Scale a picture."""
     if scale == 1:
         return picture
     size = [max(1, round(scale * n)) for n in picture.shape[::-1]]
@@ -63,14 +63,14 @@ def scaled(picture: UInt8[np.ndarray, "h w"], scale: float) -> UInt8[np.ndarray,
 
 
 def is_scaled(shape: tuple[int, ...], original: tuple[int, ...]) -> bool:
-    """Whether images of these sizes (rows, columns) show the same at two scales, as far as whole pixels can tell."""
+    """Check whether images of these sizes (rows, columns) can be one image at two scales, to within whole pixels."""
     (h, w), (rows, cols) = shape, original
     share = w / cols
     return share >= _LEAST_SHARE and abs(h - share * rows) <= 1
 
 
 def full_size(image: Float32[np.ndarray, "h w"], shape: tuple[int, ...]) -> Float32[np.ndarray, "rows cols"]:
-    """The same image at another size, by the nearest pixel: values between two surfaces would be on neither."""
+    """Resize an image by the nearest pixel: values between two surfaces would be on neither."""
     if image.shape == shape:
         return image
     return np.asarray(cv2.resize(image, shape[::-1], interpolation=cv2.INTER_NEAREST_EXACT), np.float32)
@@ -83,9 +83,10 @@ def with_disparity(
     baseline_m: float,
     config: LearnedStereoConfig,
 ) -> Observation:
-    """The observation with the depth that a disparity means; of any size that `is_scaled` of the observation's.
+    """Return the observation with depth from a disparity of any size that `is_scaled` of the observation's.
 
-    No reading where the disparity is none, not trusted, out of range, or leads left of the right picture's margin.
+    There is no reading where the disparity is missing, not trusted, out of range, or leads left of the right picture's
+    margin.
     """
     shape = observation.depth_m.shape
     with np.errstate(invalid="ignore", over="ignore"):

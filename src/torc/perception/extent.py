@@ -1,4 +1,4 @@
-"""How large things in sight are, beside how large the target is."""
+"""Compare the size of things in sight with that of the target."""
 
 from collections.abc import Sequence
 
@@ -8,16 +8,16 @@ from jaxtyping import Float
 from torc.geometry.extent import Extent, extent
 
 _FLYING = 0.02
-"""Share of an object's points that may fly off at edges."""
+"""Share of an object's points that may be flying points at edges."""
 _LEAST_M = 0.005
 
 
 def size_in_sight(points: Float[np.ndarray, "n 3"]) -> Extent:
-    """Length and thickness of a cloud, metres. What others hide is missing, so an object is at least so large."""
+    """Return length and thickness of a cloud, metres. What others hide is missing, so an object is at least this large."""
     return extent(points, _FLYING)
 
 
 def stretch(seen_m: Sequence[tuple[float, float]], told_m: tuple[float, float]) -> Float[np.ndarray, "n 2"]:
-    """Logarithms of how much longer and thicker things look than the target is."""
+    """Return logarithms of how much longer and thicker things look than the target is."""
     sizes_m = np.array(seen_m).reshape(-1, 2)
     return np.asarray(np.log(np.maximum(sizes_m, _LEAST_M) / np.maximum(told_m, _LEAST_M)))

@@ -1,5 +1,6 @@
-"""From masks to a scene, whatever made the masks: ids that stay, clouds, the target. `embedded` and all that finds
-objects by a network of its own begin with this.
+"""Turn masks into a scene, whatever made the masks: stable ids, clouds, the target.
+
+`embedded` and all perceptions that find objects by their own network build on this.
 """
 
 from abc import ABC, abstractmethod
@@ -38,16 +39,16 @@ from torc.workspace.workspace_files import load_workspace
 _EXACT = replace(PerceptionConfig(), rim_px=2, piece_px=5)
 """Masks are a pixel or two off, whatever the depth: there they hold readings of what lies behind."""
 _HELD = 1
-"""Label of what is in the hand; 0, the target's, has rules of its own."""
+"""Label of what is in the hand; 0, the target's, has its own rules."""
 
 
 @dataclass(frozen=True)
 class FromMasksConfig(ConfigTraits):
-    """What a scene is made with, whatever finds the masks.
+    """How a scene is made, whatever finds the masks.
 
     Attributes:
-        clouds: how clouds are made of masks and depth.
-        tracking: when an object is the one of before.
+        clouds: how clouds are made from masks and depth.
+        tracking: when an object is an earlier one.
         target: when a mask is taken for the target, by reference pictures.
         threads: of the networks on the processor.
     """
@@ -59,7 +60,7 @@ class FromMasksConfig(ConfigTraits):
 
     @classmethod
     def rough(cls) -> Self:
-        """For depth with a sensor's errors."""
+        """Return the settings for depth with a sensor's errors."""
         return cls(clouds=REAL_CAMERA)
 
 
@@ -70,7 +71,7 @@ class Masks:
     Attributes:
         label: number of the mask per pixel, from 0 on; -1 for none.
         sureness: per mask, how surely it is one object, 0 to 1.
-        wanted_p: per pixel, how surely it shows the target as words tell, 0 to 1; None if no words were read.
+        wanted_p: per pixel, the probability that it shows the target, by its description; None if no words were read.
     """
 
     label: Int16[np.ndarray, "h w"]
@@ -79,7 +80,7 @@ class Masks:
 
 
 class _Seen(NamedTuple):
-    """The masks that are reported as objects: their numbers, what they look like, pixels, clouds; ids and memory."""
+    """The masks that are reported as objects: their numbers, looks, pixels, clouds; ids and memory."""
 
     masks: list[int]
     looks: Float32[np.ndarray, "n d"]
@@ -90,7 +91,7 @@ class _Seen(NamedTuple):
 
 
 class FromMasks(ABC, PerceptionTraits):
-    """A perception that finds masks and leaves the rest to torc. Subclasses say how masks are found."""
+    """A perception that finds masks and leaves the rest to torc. Subclasses find the masks."""
 
     config: FromMasksConfig
 
@@ -103,14 +104,17 @@ class FromMasks(ABC, PerceptionTraits):
 
     @abstractmethod
     def find(self, observation: Observation, wanted: Wanted) -> Masks:
-        """The masks of the objects in one picture, whatever there was before."""
+        """Return the masks of the objects in one picture, whatever there was before."""
 
     def perceive(
         self, observation: Observation, wanted: Wanted, before: SegmentedScene | None
     ) -> SegmentedScene:
-        """The objects. The target is what a mark in the first picture says; else what reference pictures say; else
-        what words say, if the masks' maker reads them; else it is in sight nowhere. Raises InputError for reference
-        pictures that show nothing, and MissingDependencyError without onnxruntime.
+        """Return the objects.
+
+        The target comes from the mark in the first picture; else from reference pictures; else from words, if the
+        masks'
+        maker reads them; else it is not in sight. Raises InputError for reference pictures that show nothing, and
+        MissingDependencyError without onnxruntime.
         """
         config, masks = self.config, self.find(observation, wanted)
         label = without_fixed(masks.label, observation, self.workspace, config.clouds)
@@ -119,7 +123,7 @@ class FromMasks(ABC, PerceptionTraits):
         if before is not None and carried is not None:
             label, sureness = settled_masks(label, sureness, before, carried, config.tracking)
         label, sureness = _at_most(label, sureness, MAX_OBJECTS - 1)
-        # Id 0 has rules of its own.
+        # Id 0 has its own rules.
         shifted = np.where(label >= 0, label + 1, BACKGROUND).astype(np.int16)
         found = segment(observation, shifted, config.clouds)
         seen = self._seen(found, label, sureness, before, carried)
@@ -145,8 +149,9 @@ class FromMasks(ABC, PerceptionTraits):
         scene: SegmentedScene,
         object_id: int,
     ) -> float | None:
-        """How surely the object in the hand is the target, by reference pictures; None without them. Where nothing of
-        it can be seen, as surely as before the pick.
+        """Return the probability that the object in the hand is the target, by reference pictures; None without them.
+
+        If nothing of it can be seen, the probability before the pick.
         """
         if not wanted.pictures:
             return None
@@ -162,7 +167,7 @@ class FromMasks(ABC, PerceptionTraits):
         return held_probability(cosine, before, config, stretched, rivals(scene.known, object_id, config))
 
     def size_in_hand(self, observation: Observation, mask: Bool[np.ndarray, "h w"]) -> Extent:
-        """How large what the mask shows is at least; nothing without readings."""
+        """Return the least size of what the mask shows; zero without readings."""
         label = np.where(mask, _HELD, BACKGROUND).astype(np.int16)
         clouds = [o.points for o in segment(observation, label, self.config.clouds).objects]
         return size_in_sight(clouds[0] if clouds else np.zeros((0, 3)))
@@ -175,7 +180,7 @@ class FromMasks(ABC, PerceptionTraits):
         before: SegmentedScene | None,
         carried: Int16[np.ndarray, "h w"] | None,
     ) -> _Seen:
-        """What is in sight, with the ids of before."""
+        """Return what is in sight, with the earlier ids."""
         config, observation = self.config, found.observation
         masks = [o.id - 1 for o in found.objects]
         looks = _looks(observation, label, masks, config.threads)
@@ -192,7 +197,7 @@ class FromMasks(ABC, PerceptionTraits):
     def _target_p(
         self, masks: Masks, seen: _Seen, wanted: Wanted, brought_odds: float
     ) -> Float[np.ndarray, "n"] | None:
-        """How surely each object in sight is the target; None if nothing but a mark tells."""
+        """Return the probability of each object in sight to be the target; None if only a mark can say."""
         if wanted.pictures:
             references = self._described(wanted)
             told = wanted.size_m
@@ -204,7 +209,7 @@ class FromMasks(ABC, PerceptionTraits):
         return None
 
     def _described(self, wanted: Wanted) -> Float32[np.ndarray, "m d"]:
-        """What the target looks like on each reference picture; the same pictures are described once."""
+        """Describe the target on each reference picture; a set of pictures is described once."""
         key = tuple(map(id, wanted.pictures))
         if self._references is None or self._references[0] != key:
             crops = np.stack([crop(p[..., :3], reference_mask(p)) for p in wanted.pictures])
@@ -215,7 +220,9 @@ class FromMasks(ABC, PerceptionTraits):
 def by_words(
     label: Int16[np.ndarray, "h w"], wanted_p: Float32[np.ndarray, "h w"], masks: Sequence[int]
 ) -> Float[np.ndarray, "n"]:
-    """Per mask the mean of how surely its pixels show the target: it need not be a mask that words were read for."""
+    """Return, per mask, the mean probability of its pixels to show the target: words need not have been read for this
+    mask.
+    """
     inside = label >= 0
     number = label[inside].astype(np.int64)
     count = int(label.max(initial=-1)) + 1
@@ -227,9 +234,7 @@ def by_words(
 def with_target(
     ids: list[int], known: tuple[KnownObject, ...], was: int | None, target: int | None
 ) -> tuple[list[int], tuple[KnownObject, ...]]:
-    """Ids and what is remembered, with TARGET_ID for the object at the index `target` and for no other; `was` is the
-    index of the one that has it.
-    """
+    """Return ids and memory with TARGET_ID for the object at the index `target` only; `was` is the index that had it."""
     if target == was:
         return ids, known
     changed = dict[int, int]()
@@ -254,7 +259,7 @@ def _looks(
 def _at_most(
     label: Int16[np.ndarray, "h w"], sureness: Float32[np.ndarray, "n"], most: int
 ) -> tuple[Int16[np.ndarray, "h w"], Float32[np.ndarray, "n"]]:
-    """So many masks at most, numbered from 0 on: the largest."""
+    """Keep at most that many masks, the largest, numbered from 0 on."""
     sizes = np.bincount(label[label >= 0].astype(np.int64), minlength=len(sureness))
     order = np.argsort(-sizes, kind="stable")[:most]
     order = order[sizes[order] > 0]
@@ -264,7 +269,7 @@ def _at_most(
 
 
 def _named(found: SegmentedScene, ids: list[int], known: tuple[KnownObject, ...]) -> SegmentedScene:
-    """The scene with these ids for its objects."""
+    """Return the scene with these ids for its objects."""
     table = np.arange(-2, MAX_OBJECTS, dtype=np.int16)
     table[2:] = BACKGROUND  # masks without an object
     for o, k in zip(found.objects, ids, strict=True):
@@ -280,16 +285,17 @@ def _named(found: SegmentedScene, ids: list[int], known: tuple[KnownObject, ...]
 
 
 _NEAR_M = 0.006
-"""What is read this close to an obstacle, or inside it, shows the obstacle; with rough depth, farther off."""
+"""A reading this close to an obstacle, or inside it, shows the obstacle; with rough depth, farther off."""
 _MOST = 0.5
-"""A mask is no object if it shows obstacles with a larger share of its readings."""
+"""A mask is not an object if a larger share of its readings shows obstacles."""
 
 
 def without_fixed(
     label: Int16[np.ndarray, "h w"], observation: Observation, workspace: Workspace, config: PerceptionConfig
 ) -> Int16[np.ndarray, "h w"]:
-    """The masks without those that mostly show the workspace's obstacles. -1 is no mask; the other numbers stay. A
-    picture whose pose was made up shows another world, in which nobody knows of obstacles.
+    """Drop the masks that mostly show the workspace's obstacles. -1 means no mask; the other numbers are kept.
+
+    A picture with an estimated pose shows another world, in which no obstacles are known.
     """
     if not workspace.obstacles or observation.pose_estimated:
         return label

@@ -1,4 +1,4 @@
-"""Masks whose outlines follow the colours (GrabCut; Rother et al. 2004)."""
+"""Refine masks so that their outlines follow the colours (GrabCut; Rother et al. 2004)."""
 
 import cv2
 import numpy as np
@@ -8,8 +8,9 @@ from jaxtyping import Bool, UInt8
 def grab_cut(
     rgb: UInt8[np.ndarray, "h w 3"], marks: UInt8[np.ndarray, "h w"], rounds: int
 ) -> Bool[np.ndarray, "h w"]:
-    """What belongs together by colour with what is marked so: GC_FGD and GC_BGD are certain, GC_PR_FGD and GC_PR_BGD a
-    guess, of OpenCV's marks. `marks` is written to.
+    """Return what belongs to the marked foreground by colour.
+
+    `marks` are OpenCV's: GC_FGD and GC_BGD are certain, GC_PR_FGD and GC_PR_BGD a guess. They are overwritten.
     """
     cv2.setRNGSeed(0)
     models = np.zeros((1, 65)), np.zeros((1, 65))

@@ -10,11 +10,11 @@ from numba import njit
 
 @njit(cache=True)
 def _edge_point(depth, label, row, col, slope):
-    """Whether a pixel with a reading belongs to no surface, or to another one than its label says.
+    """Check whether a pixel with a reading belongs to no surface, or to another one than its label says.
 
     A flying point, half way between two surfaces, is torn from the rest of its mask by jumps in depth. So is a pixel
-    that shows the neighbour's surface because mask and depth are not aligned to the pixel. Speckles hang together
-    with nothing. A true silhouette continues into its own mask, and stays, as do parts two pixels wide.
+    that shows the neighbour's surface because mask and depth are not aligned to the pixel. Speckles are connected to
+    nothing. A true silhouette continues into its own mask, and stays, as do parts two pixels wide.
     """
     height, width = depth.shape
     d = depth[row, col]
@@ -35,8 +35,9 @@ def _edge_point(depth, label, row, col, slope):
 
 @njit(cache=True)
 def find_pieces(depth, label, slope):
-    """Number of the piece per pixel with a reading in a mask, -1 elsewhere, and how many pieces there are: a piece is
-    what is continuous within one mask.
+    """Return the number of the piece per pixel with a reading in a mask, -1 elsewhere, and how many pieces there are.
+
+    A piece is what is continuous within one mask.
     """
     height, width = depth.shape
     piece = np.full((height, width), -1, np.int32)
@@ -67,7 +68,7 @@ def find_pieces(depth, label, slope):
 
 @njit(cache=True)
 def keep_objects(depth, label, wanted, slope, stride):
-    """Pixels of the wanted ids that have a reading and lie on their object's surface."""
+    """Return the pixels of the wanted ids that have a reading and lie on their object's surface."""
     height, width = depth.shape
     keep = np.zeros((height, width), np.bool_)
     for row in range(0, height, stride):
@@ -80,7 +81,7 @@ def keep_objects(depth, label, wanted, slope, stride):
 
 @njit(cache=True)
 def keep_background(depth, label, reported, slope, stride):
-    """Every stride-th surface pixel of the background (label -1), and every one of objects not reported."""
+    """Return every stride-th surface pixel of the background (label -1), and every one of objects not reported."""
     height, width = depth.shape
     keep = np.zeros((height, width), np.bool_)
     for row in range(height):
@@ -96,7 +97,7 @@ def keep_background(depth, label, reported, slope, stride):
 
 @njit(cache=True)
 def _fit_plane(depth, label, row, col, slope, radius, out):
-    """Least-squares plane through the continuous neighbours of the same label.
+    """Fit a least-squares plane through the continuous neighbours with an equal label.
 
     In an image a plane is linear in inverse depth: w(u, v) = w0 + a du + b dv. Fills out with (a, b, w0) and returns
     the mean squared residual relative to w0 squared; -1 if the neighbours do not determine a plane.
@@ -140,7 +141,7 @@ def _fit_plane(depth, label, row, col, slope, radius, out):
 
 @njit(cache=True)
 def _better_fit(planes, residuals, index, depth, pixel, i, radius):
-    """The pixel whose plane describes pixel i best: its own, or that of a pixel beside it, away from a ridge.
+    """Return the pixel whose plane describes pixel i best: its own, or that of a pixel beside it, away from a ridge.
 
     A window across the ridge of two faces fits neither. A neighbour's window that fits far better and whose plane
     passes through pixel i lies on its face. On curved or noisy surfaces all windows fit alike: nothing changes.
@@ -166,7 +167,7 @@ def _better_fit(planes, residuals, index, depth, pixel, i, radius):
 
 @njit(cache=True)
 def estimate_normals(depth, label, pixels, K, R_world_camera, slope, radius):
-    """Unit normals towards the camera, world frame; the direction to the camera where no plane fits."""
+    """Return unit normals towards the camera, world frame; the direction to the camera if no plane fits."""
     n = pixels.shape[0]
     planes = np.zeros((n, 3))
     residuals = np.empty(n)
@@ -193,7 +194,7 @@ def estimate_normals(depth, label, pixels, K, R_world_camera, slope, radius):
 
 @njit(cache=True)
 def lift_pixels(depth, pixels, K, T_world_camera):
-    """World points of pixels. Compiled, because a library's matrix product would wake all its threads for this."""
+    """Return world points of pixels. Compiled, because a library's matrix product would wake all its threads for this."""
     T = T_world_camera
     points = np.empty((pixels.shape[0], 3), np.float32)
     for i in range(pixels.shape[0]):

@@ -1,4 +1,4 @@
-"""Where a snapshot shows what the gripper holds, by the arm's joints and by what stayed where it was."""
+"""Find the pixels of what the gripper holds, by the arm's joints and by what stayed where it was."""
 
 import cv2
 import numpy as np
@@ -11,22 +11,23 @@ from torc.robots.description import RobotDescription
 from torc.robots.kinematics import sphere_centers, tcp_pose
 
 _ASIDE_M, _BEHIND_M, _BEYOND_M = 0.30, 0.20, 0.35
-"""What is held lies within this box about the TCP: to the sides, against the approach, along it. A bottle that is held
-at its neck reaches far.
+"""The held object lies within this box about the TCP: to the sides, against the approach, along it. A bottle held at
+its
+neck reaches far.
 """
 _ROBOT_M = 0.004
-"""So close to the robot's shape, a point is the robot's."""
+"""A point this close to the robot's shape is the robot's."""
 _STAYED_M, _STAYED_SHARE = 0.008, 0.012
-"""A surface is where it was if the depth is this close to what it was, or within this share of it."""
+"""A surface is where it was if the depth is this close to the earlier one, or within this share of it."""
 _JUMP_M = 0.02
-"""Neighbouring pixels further apart show two surfaces."""
+"""Neighbouring pixels further apart in depth show two surfaces."""
 _SEED_M, _LEAST_SEEDS = 0.05, 8
-"""What is held has so many pixels this close to the TCP."""
+"""The held object has at least this many pixels this close to the TCP."""
 _LEAST_PX = 40
 _CORE_PX, _RIM_PX = 7, 9
-"""Colour decides between half of the first inside the outline that depth tells, and half of the second outside."""
+"""Colour decides from half of the first inside the outline by depth to half of the second outside."""
 _LEAST_SHARE = 0.3
-"""Where colour leaves less of what depth tells, depth alone decides."""
+"""If colour leaves a smaller share of the mask by depth, depth alone decides."""
 
 
 def held_mask(
@@ -36,15 +37,17 @@ def held_mask(
     width_m: float,
     rough: bool = False,
 ) -> Bool[np.ndarray, "h w"]:
-    """Pixels of what is between the fingers: near the TCP, not the robot, and not there before. None where it cannot be
-    seen.
+    """Return the pixels of what is between the fingers: near the TCP, not the robot, and not there before.
+
+    No pixels if it cannot be seen.
 
     Args:
-        observation: snapshot with the object lifted; its `qpos` tells where the arm is.
-        before_m: depth from the same camera before the pick; 0 for no reading, and where the object itself was, since
-            a box that is lifted along its front shows the same depth there.
+        observation: snapshot with the object lifted; its `qpos` is the arm's.
+        before_m: depth from this camera before the pick; 0 for no reading, and where the object itself was, since a box
+            that is lifted along its front shows an unchanged depth there.
+        robot: the robot.
         width_m: the gripper's opening.
-        rough: depth has a sensor's errors, so that colour tells where the outline is.
+        rough: depth has a sensor's errors, so that colour decides the outline.
     """
     depth = np.nan_to_num(observation.depth_m)
     near = np.maximum(_STAYED_M, _STAYED_SHARE * depth)
@@ -82,7 +85,7 @@ def _on_robot(
 def _pieces(
     mask: Bool[np.ndarray, "h w"], depth: Float32[np.ndarray, "h w"], rows: np.ndarray, cols: np.ndarray
 ) -> Bool[np.ndarray, "h w"]:
-    """The pieces of the mask that hold enough of these pixels: fingers in front divide what they hold."""
+    """Return the pieces of the mask that hold enough of these pixels: fingers in front divide what they hold."""
     square = np.ones((3, 3), np.uint8)
     nearest = cv2.erode(np.where(mask, depth, np.float32(np.inf)), square)
     farthest = cv2.dilate(np.where(mask, depth, np.float32(0)), square)
@@ -91,14 +94,14 @@ def _pieces(
     seeds = np.bincount(piece[rows, cols], minlength=count)
     seeds[0] = 0
     found = (seeds >= _LEAST_SEEDS)[piece]
-    # The rim of a piece is beside a jump: it belongs to it all the same.
+    # The rim of a piece is beside a jump, but belongs to it.
     return np.asarray(mask & (cv2.dilate(found.view(np.uint8), square) > 0))
 
 
 def _by_color(
     rgb: UInt8[np.ndarray, "h w 3"], found: Bool[np.ndarray, "h w"], other: Bool[np.ndarray, "h w"]
 ) -> Bool[np.ndarray, "h w"]:
-    """The mask with its outline where the colour changes; `other` is what is certainly something else."""
+    """Move the mask's outline to where the colour changes; `other` is certainly something else."""
     rows, cols = np.nonzero(found)
     box = tuple(slice(max(int(v.min()) - _RIM_PX, 0), int(v.max()) + _RIM_PX + 1) for v in (rows, cols))
     inside, outside = found[box].view(np.uint8), other[box] & ~found[box]

@@ -1,4 +1,4 @@
-"""What a real depth camera and a real segmentation do to a clean observation."""
+"""Add to a clean observation what a real depth camera and a real segmentation do."""
 
 from dataclasses import dataclass, replace
 
@@ -12,7 +12,7 @@ from torc.records import BACKGROUND, Observation
 
 @dataclass(frozen=True)
 class NoiseConfig:
-    """Strengths; all zero, hence off, by default. `stereo_camera()` gives plausible ones.
+    """Strengths, all zero, hence off, by default. `stereo_camera()` gives plausible ones.
 
     Attributes:
         depth_sigma_m: standard deviation of depth at 1 m; it grows with the distance squared, as stereo's does.
@@ -39,12 +39,12 @@ class NoiseConfig:
 
 
 def stereo_camera() -> NoiseConfig:
-    """About what learned stereo gives on a table-top scene: 2 mm at 1 m, edges smeared, few holes."""
+    """Return about what learned stereo gives on a table-top scene: 2 mm at 1 m, edges smeared, few holes."""
     return NoiseConfig(0.002, grain_px=3, edge_loss=0.3, edge_blend=0.3, dropout=0.002, mask_erosion_px=1)
 
 
 def add_sensor_noise(observation: Observation, config: NoiseConfig, rng: np.random.Generator) -> Observation:
-    """A noisy copy of an observation; pixels without a reading stay so. Equal generators give equal noise."""
+    """Return a noisy copy of an observation; pixels without a reading stay so. Equal generators give equal noise."""
     depth = observation.depth_m.astype(np.float32)
     valid = np.isfinite(depth) & (depth > 0)
     clean = np.where(valid, depth, np.float32(0))
@@ -66,7 +66,7 @@ def _blend_edges(
     config: NoiseConfig,
     rng: np.random.Generator,
 ) -> Float32[np.ndarray, "h w"]:
-    """Depth with part of the pixels at jumps lost or between both surfaces."""
+    """Lose some of the pixels at jumps, or blend their depth between both surfaces."""
     if config.edge_loss == 0 and config.edge_blend == 0:
         return depth.copy()
     kernel = np.ones((3, 3), dtype=np.uint8)
@@ -83,7 +83,7 @@ def _blend_edges(
 
 
 def _grain(shape: tuple[int, ...], grain_px: int, rng: np.random.Generator) -> Float32[np.ndarray, "h w"]:
-    """Normal noise of unit variance, smooth over grain_px pixels."""
+    """Draw normal noise of unit variance, smooth over grain_px pixels."""
     noise = rng.standard_normal(shape).astype(np.float32)
     if grain_px <= 1:
         return noise
@@ -93,7 +93,7 @@ def _grain(shape: tuple[int, ...], grain_px: int, rng: np.random.Generator) -> F
 
 
 def _erode_masks(label: Int16[np.ndarray, "h w"], px: int) -> Int16[np.ndarray, "h w"]:
-    """Object pixels within px of another label become background."""
+    """Turn object pixels within px of another label into background."""
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * px + 1, 2 * px + 1))
     rim = (cv2.erode(label, kernel) != label) | (cv2.dilate(label, kernel) != label)
     return np.where(rim & (label >= 0), np.int16(BACKGROUND), label).astype(np.int16)

@@ -28,7 +28,7 @@ class OnnxStereoConfig(LearnedStereoConfig):
 
     Attributes:
         model: path of the .onnx file.
-        threads: of the processor, where there is no GPU.
+        threads: of the processor, if there is no GPU.
     """
 
     model: str = ""
@@ -48,9 +48,9 @@ class OnnxDepth(DepthTraits):
             raise InputError("--depth onnx needs a matcher: --depth.model FILE.onnx (docs/networks.md).")
 
     def measure(self, observation: Observation) -> Observation:
-        """The observation with depth from its pair.
+        """Return the observation with depth from its pair.
 
-        Raises InputError if it has none, or for a file that is no such matcher; MissingDependencyError without
+        Raises InputError if it has none, or if the file is not a valid matcher; MissingDependencyError without
         onnxruntime.
         """
         config, pair = self.config, pair_of(observation, "onnx")
@@ -60,7 +60,7 @@ class OnnxDepth(DepthTraits):
 
 
 class OnnxMatcher(NamedTuple):
-    """A model that was opened; `size` is the height and width that it takes, None for any multiple of 32."""
+    """An open model; `size` is its fixed height and width, None if it takes any multiple of 32."""
 
     session: Any
     kind: Any
@@ -69,10 +69,11 @@ class OnnxMatcher(NamedTuple):
     def match(
         self, left: UInt8[np.ndarray, "h w"], right: UInt8[np.ndarray, "h w"]
     ) -> tuple[Float32[np.ndarray, "h w"], Float32[np.ndarray, "h w"]]:
-        """Disparity and confidence, at the pictures' own size and in its pixels.
+        """Return disparity and confidence, at the pictures' own size and in its pixels.
 
-        Pictures that are too large for a model of a fixed size are scaled down, and filled up to its size at the right
-        and at the bottom.
+        Pictures that are too large for a model of a fixed size are scaled down, and padded to its size at the right and
+        at
+        the bottom.
         """
         height, width = left.shape
         most = self.size or (
@@ -95,7 +96,7 @@ class OnnxMatcher(NamedTuple):
         return np.asarray(back[0] * np.float32(width / cols), np.float32), np.asarray(back[1], np.float32)
 
     def _input(self, picture: UInt8[np.ndarray, "h w"], size: tuple[int, int]) -> np.ndarray:
-        """(1, 3, H, W)."""
+        """Return the input, (1, 3, H, W)."""
         below, beside = size[0] - picture.shape[0], size[1] - picture.shape[1]
         filled = np.pad(picture, ((0, below), (0, beside)), mode="edge")
         return np.repeat(filled[None, None], 3, axis=1).astype(self.kind)
@@ -103,14 +104,14 @@ class OnnxMatcher(NamedTuple):
 
 @lru_cache(maxsize=2)
 def _opened(path: str, threads: int) -> OnnxMatcher:
-    """Raises InputError for a file that cannot be read or has other inputs and outputs than these."""
+    """Open a matcher. Raises InputError if the file cannot be read or has other inputs and outputs."""
     try:
         import onnxruntime
     except ImportError as error:
         raise MissingDependencyError("--depth onnx", "pip install onnxruntime") from error
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads, options.inter_op_num_threads = threads, 1
-    # Threads that wait for work would take the processor from everybody else.
+    # Threads that spin while they wait would take the processor from everyone else.
     options.add_session_config_entry("session.intra_op.allow_spinning", "0")
     options.log_severity_level = 3
     wanted = ("CUDAExecutionProvider", "CPUExecutionProvider")

@@ -1,4 +1,4 @@
-"""What every perception and depth offers, and what is asked of them."""
+"""The protocols of perceptions and depths, and their input."""
 
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
@@ -56,33 +56,33 @@ class Perception(Protocol):
     def perceive(
         self, observation: Observation, wanted: Wanted, before: SegmentedScene | None
     ) -> SegmentedScene:
-        """The visible objects with their clouds.
+        """Return the visible objects with their clouds.
 
-        An object keeps its id from snapshot to snapshot; the target has id 0 where it is recognised.
+        An object keeps its id from snapshot to snapshot; the target has id 0 when it is recognised.
 
         Args:
             observation: the snapshot.
             wanted: the target.
-            before: what it made of the snapshot before; None for the first one of an episode.
+            before: the scene of the previous snapshot; None for the first one of an episode.
         """
         ...
 
 
 @runtime_checkable
 class Depth(Protocol):
-    """Makes the depth image that the later stages read: as it is, mended, or from two pictures.
+    """Makes the depth image that the later stages read: unchanged, mended, or from two pictures.
 
     A class declares what it needs by `torc.registry.kinds.DepthTraits`.
     """
 
     def measure(self, observation: Observation) -> Observation:
-        """The observation with its depth in metres along the optical axis, 0 or NaN for no reading."""
+        """Return the observation with its depth in metres along the optical axis, 0 or NaN for no reading."""
         ...
 
 
 class AsMeasured(DepthTraits):
-    """Leaves the camera's depth as it is."""
+    """Leaves the camera's depth unchanged."""
 
     def measure(self, observation: Observation) -> Observation:
-        """The observation itself."""
+        """Return the observation unchanged."""
         return observation

@@ -1,10 +1,10 @@
-"""How well masks agree with the true ones: the measures of the OCID and OSD evaluations (Xie et al. 2021, UOIS).
+"""Score masks against the true ones by the measures of the OCID and OSD evaluations (Xie et al. 2021, UOIS).
 
 Masks are matched to true objects so that the sum of their F is largest. Overlap: pixels in common, against all pixels
-of the masks (precision) and of the true objects (recall). Boundary: the same with outlines, one of which may be a few
+of the masks (precision) and of the true objects (recall). Boundary: likewise for outlines, one of which may be a few
 pixels off. F@.75: the share of true objects whose match has an overlap F of at least .75. A picture's numbers are
-averaged over pictures. Beside these: merges, masks that hold most of two or more objects; splits, objects of which two
-or more masks hold a quarter each; and objects of which no mask holds anything to speak of.
+averaged over pictures. In addition: merges, masks that hold most of two or more objects; splits, objects of which two
+or more masks hold a quarter each; and missed objects, of which no mask holds a quarter.
 """
 
 from dataclasses import astuple, dataclass
@@ -22,8 +22,9 @@ _MOST, _PART, _NOTHING = 0.5, 0.25, 0.25
 
 @dataclass(frozen=True)
 class MaskScore:
-    """One picture's measures, or the mean of several; shares from 0 to 1. `merges` are per mask, `splits` and `missed`
-    per true object.
+    """One picture's measures, or the mean of several; shares from 0 to 1.
+
+    `merges` are per mask, `splits` and `missed` per true object.
     """
 
     overlap_p: float
@@ -39,7 +40,7 @@ class MaskScore:
 
 
 def score_masks(found: Int16[np.ndarray, "h w"], true: Int16[np.ndarray, "h w"]) -> MaskScore:
-    """Compares two label images; labels below 0 are no objects."""
+    """Compare two label images; labels below 0 are not objects."""
     f_ids, t_ids = np.unique(found[found >= 0]), np.unique(true[true >= 0])
     if len(f_ids) == 0 or len(t_ids) == 0:
         return _empty(len(f_ids), len(t_ids))
@@ -61,14 +62,14 @@ def score_masks(found: Int16[np.ndarray, "h w"], true: Int16[np.ndarray, "h w"])
 
 
 def mean_score(scores: list[MaskScore]) -> MaskScore:
-    """The mean over pictures. Raises ValueError for none."""
+    """Return the mean over pictures. Raises ValueError if there are none."""
     if not scores:
         raise ValueError("There is no score to average.")
     return MaskScore(*(float(v) for v in np.mean([astuple(s) for s in scores], axis=0)))
 
 
 def _empty(found: int, true: int) -> MaskScore:
-    """As the published evaluations count: nothing found where nothing is, is right."""
+    """Score empty images as the published evaluations do: finding nothing where nothing is, is right."""
     good = float(found == 0 and true == 0)
     p, r = (1.0 if found == 0 else 0.0), (1.0 if true == 0 else 0.0)
     return MaskScore(p, r, good, p, r, good, r, 0.0, 0.0, float(true > 0))
@@ -96,6 +97,6 @@ def _boundary(
 
 
 def outline(mask: Bool[np.ndarray, "h w"]) -> Bool[np.ndarray, "h w"]:
-    """Pixels of a mask beside a pixel that is not of it; the picture's edge is no outline."""
+    """Return the pixels of a mask next to pixels outside it; the picture's edge does not count."""
     grown = cv2.erode(mask.astype(np.uint8), np.ones((3, 3), np.uint8), borderType=cv2.BORDER_REPLICATE)
     return mask & (grown == 0)

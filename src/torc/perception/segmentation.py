@@ -1,4 +1,4 @@
-"""From depth and a label image to object clouds with normals, whatever made the labels (paper: Perception)."""
+"""Turn depth and a label image into object clouds with normals, whatever made the labels (paper: Perception)."""
 
 from dataclasses import dataclass, replace
 
@@ -32,26 +32,28 @@ from torc.registry.settings import ConfigTraits
 class PerceptionConfig(ConfigTraits):
     """How clouds are made.
 
-    What is in pixels is meant for a picture of 640 x 480; see `at`.
+    Values in pixels are for a picture of 640 x 480; see `at`.
 
     Attributes:
-        min_depth_m, max_depth_m: readings outside are no readings.
+        min_depth_m, max_depth_m: readings outside this range do not count.
         min_pixels: an object with a smaller mask is not reported.
-        min_target_pixels: the target counts as found from this mask size on; with less it is not reported.
+        min_target_pixels: least mask size for the target to be reported.
         min_points: an object with fewer points is not reported: nothing can be planned on it.
         edge_slope: neighbouring pixels whose depths differ by more than this many times a pixel's width on the
             surface belong to different surfaces. 8 is a surface seen at 83 degrees; lower it for sensors that
             smear edges.
         normal_radius_px: normals are fitted in a window of this radius; raise it for noisy depth.
         stride: objects keep every stride-th pixel along rows and columns.
-        background_stride: the same for the background.
-        rim_px: background pixels this close to a reported object's mask are no background points: a mask that is a
+        background_stride: stride of the background.
+        rim_px: background pixels this close to a reported object's mask are not background points: a mask that is a
             little too small leaves the object's own surface there, a smeared edge leaves points in the air. 0 for
             exact masks and edges.
-        piece_px: a piece of a mask that jumps in depth tear off the rest, and that reaches no further than this into
-            the mask, is what lies behind it, unless it is half as large as the largest piece: its readings count
-            for nothing. It may reach twice as far if it is tiny and wholly behind the largest piece. Stereo matchers
-            give a few pixels along an edge the depth of the other side, or of the far wall. 0 keeps all.
+        piece_px: a piece of a mask that depth jumps tear off the rest, and that reaches no further than this into the
+            mask, belongs to what lies behind, unless it is half as large as the largest piece: its readings are
+                dropped.
+            It may reach twice as far if it is tiny and wholly behind the largest piece. Stereo matchers give a few
+            pixels
+            along an edge the depth of the other side, or of the far wall. 0 keeps all.
     """
 
     min_depth_m: float = 0.1
@@ -67,8 +69,11 @@ class PerceptionConfig(ConfigTraits):
     piece_px: int = 0
 
     def at(self, shape: tuple[int, ...]) -> "PerceptionConfig":
-        """The same for a picture (rows, columns) with more pixels: so many more of them show the same patch of a
-        surface, and make the same error of a matcher's or a mask's. Smaller pictures change nothing.
+        """Return the settings for a picture (rows, columns) with more pixels.
+
+        Accordingly more of them show a patch of a surface, and share an error of a matcher or a mask. Smaller pictures
+        change
+        nothing.
         """
         s = finer(shape)
         if s == 1:
@@ -80,7 +85,7 @@ class PerceptionConfig(ConfigTraits):
 
     @classmethod
     def rough(cls) -> "PerceptionConfig":
-        """For depth with a sensor's errors."""
+        """Return the settings for depth with a sensor's errors."""
         return REAL_CAMERA
 
     def __post_init__(self) -> None:
@@ -106,7 +111,7 @@ _TINY = 20
 def valid_depth(
     depth_m: Float32[np.ndarray, "h w"], min_depth_m: float, max_depth_m: float
 ) -> Float32[np.ndarray, "h w"]:
-    """Depth with 0 wherever there is no usable reading."""
+    """Return depth with 0 wherever there is no usable reading."""
     with np.errstate(invalid="ignore"):
         good = (depth_m >= min_depth_m) & (depth_m <= max_depth_m)
     return np.where(good, depth_m, np.float32(0))
@@ -115,9 +120,12 @@ def valid_depth(
 def segment(
     observation: Observation, label_image: Int16[np.ndarray, "h w"], config: PerceptionConfig
 ) -> SegmentedScene:
-    """The scene that a label image makes of a snapshot. Objects with too few pixels are not reported: their points join
-    the background, so that they are obstacles all the same. Raises InputError for labels that fit neither image nor
-    ids. The scene's observation has no depth where a mask holds readings of what lies behind it (`piece_px`).
+    """Return the scene that a label image makes of a snapshot.
+
+    Objects with too few pixels are not reported; their points join the background, so that they remain obstacles. The
+    scene's observation has no depth where a mask holds readings of what lies behind it (`piece_px`). Raises InputError
+    for
+    labels that fit neither image nor ids.
     """
     counts = _pixel_counts(observation, label_image)
     config = config.at(label_image.shape)
@@ -148,7 +156,7 @@ def segment(
 
 
 def _pixel_counts(observation: Observation, label_image: np.ndarray) -> np.ndarray:
-    """Mask sizes by id."""
+    """Return mask sizes by id."""
     shape = observation.depth_m.shape
     if label_image.shape != shape or observation.rgb.shape[:2] != shape:
         raise InputError(
@@ -166,7 +174,7 @@ def _pixel_counts(observation: Observation, label_image: np.ndarray) -> np.ndarr
 def _torn_off(
     depth: Float32[np.ndarray, "h w"], label: Int16[np.ndarray, "h w"], slope: float, piece_px: int
 ) -> Bool[np.ndarray, "h w"]:
-    """Pixels of pieces that lie along their mask's edge and hang together with nothing within it."""
+    """Return the pixels of pieces that lie along their mask's edge and are connected to nothing within it."""
     piece, count = find_pieces(depth, label, slope)
     if count == 0:
         return np.zeros(depth.shape, dtype=bool)
@@ -184,7 +192,7 @@ def _torn_off(
     near_m, far_m = np.full(count, np.inf, np.float32), np.zeros(count, np.float32)
     np.minimum.at(near_m, pieces, depth[there])
     np.maximum.at(far_m, pieces, depth[there])
-    # Ascending sizes: of each mask's pieces the largest is set last.
+    # Ascending sizes: the largest of each mask's pieces is set last.
     largest, order = np.zeros(MAX_OBJECTS, np.int64), np.argsort(size, kind="stable")
     largest[owner[order]] = order
     main = largest[owner]
@@ -196,7 +204,7 @@ def _torn_off(
 def _rims(
     label: Int16[np.ndarray, "h w"], reported: Bool[np.ndarray, "ids"], rim_px: int
 ) -> Bool[np.ndarray, "h w"]:
-    """Pixels within rim_px of a reported object's mask, the masks included."""
+    """Return the pixels within rim_px of a reported object's mask, including the masks."""
     if rim_px == 0:
         return np.zeros(label.shape, dtype=bool)
     masks = (label >= 0) & reported[np.maximum(label, 0)]
@@ -223,7 +231,7 @@ def _objects(
     slope: float,
     config: PerceptionConfig,
 ) -> tuple[SegmentedObject, ...]:
-    """One record per id among the pixels, by rising id."""
+    """Return one record per id among the pixels, by rising id."""
     labels = label[pixels[:, 0], pixels[:, 1]]
     order = np.argsort(labels, kind="stable")
     pixels, labels = kernel_array(pixels[order], np.int32), labels[order]

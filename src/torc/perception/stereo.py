@@ -1,6 +1,6 @@
-"""Depth from a rectified stereo pair: the stage `--depth sgbm`, and what any matcher offers.
+"""Compute depth from a rectified stereo pair: the stage `--depth sgbm`, and the protocol of matchers.
 
-What a matcher did not find stays without a reading. Filled-in depth (as by a WLS filter) invents surfaces, which a
+Pixels that a matcher did not find have no reading. Filled-in depth (as by a WLS filter) invents surfaces, which a
 collision check would believe.
 """
 
@@ -18,27 +18,27 @@ from torc.registry.kinds import DepthTraits
 
 
 class StereoMatcher(Protocol):
-    """Finds for each pixel of the left picture where the right one shows the same point."""
+    """Finds, for each pixel of the left picture, where the right one shows that point."""
 
     def match(
         self, left: UInt8[np.ndarray, "h w"], right: UInt8[np.ndarray, "h w"]
     ) -> tuple[Float32[np.ndarray, "h w"], Float32[np.ndarray, "h w"]]:
-        """Disparity, pixels (0 where none was found), and confidence, 0 to 1."""
+        """Return disparity, pixels (0 where none was found), and confidence, 0 to 1."""
         ...
 
 
 @dataclass(frozen=True)
 class SgbmConfig:
-    """Semi-global block matching, as OpenCV has it.
+    """Semi-global block matching by OpenCV.
 
     Attributes:
         block_px: side of the compared blocks, odd.
         smooth_1, smooth_2: price of a disparity that changes by one pixel, and by more; times block_px squared.
         unique_percent: the best match must be better than any other by this.
-        speckle_px, speckle_range: patches smaller than this whose disparity differs by more from all around are no
-            readings; for pictures of 640 x 480, and more for larger ones.
+        speckle_px, speckle_range: patches smaller than this whose disparity differs by more from their surroundings are
+            dropped; for pictures of 640 x 480, and more for larger ones.
         full: search paths in eight directions (twice the time) instead of three.
-        min_depth_m, max_depth_m: nearer and further there is no reading. The nearer, the longer it takes.
+        min_depth_m, max_depth_m: there is no reading nearer or further than this. A nearer limit takes longer.
     """
 
     block_px: int = 5
@@ -62,7 +62,7 @@ class SgbmMatcher:
     """OpenCV's StereoSGBM, with the left margin kept: the pictures are widened by the largest disparity."""
 
     def __init__(self, disparities: int, config: SgbmConfig | None = None) -> None:
-        """Looks for disparities of 1 to so many pixels, which are rounded up to a multiple of 16."""
+        """Search disparities of 1 to this many pixels, rounded up to a multiple of 16."""
         c = SgbmConfig() if config is None else config
         self._disparities = -(-disparities // 16) * 16
         area = c.block_px**2
@@ -83,7 +83,7 @@ class SgbmMatcher:
     def match(
         self, left: UInt8[np.ndarray, "h w"], right: UInt8[np.ndarray, "h w"]
     ) -> tuple[Float32[np.ndarray, "h w"], Float32[np.ndarray, "h w"]]:
-        """Disparity and confidence (1 where there is one); see StereoMatcher."""
+        """Return disparity and confidence (1 where there is a disparity); see StereoMatcher."""
         n = self._disparities
         wide = [cv2.copyMakeBorder(p, 0, 0, n, 0, cv2.BORDER_REPLICATE) for p in (left, right)]
         found = self._sgbm.compute(*wide)[:, n:].astype(np.float32) / 16
@@ -95,7 +95,7 @@ class SgbmMatcher:
 def depth_of_disparity(
     disparity_px: Float32[np.ndarray, "h w"], fx: float, baseline_m: float
 ) -> Float32[np.ndarray, "h w"]:
-    """Depth along the optical axis, metres; 0 where there is no disparity."""
+    """Return depth along the optical axis, metres; 0 where there is no disparity."""
     with np.errstate(divide="ignore"):
         depth = np.float32(fx * baseline_m) / disparity_px
     return np.where(disparity_px > 0, depth, np.float32(0))
@@ -111,7 +111,7 @@ class SgbmDepth(DepthTraits):
         self.config = SgbmConfig() if config is None else config
 
     def measure(self, observation: Observation) -> Observation:
-        """The observation with depth from its pair. Raises InputError if it has none."""
+        """Return the observation with depth from its pair. Raises InputError if it has none."""
         pair = observation.pair
         if pair is None:
             raise InputError(
@@ -122,7 +122,7 @@ class SgbmDepth(DepthTraits):
 
 
 def sgbm_depth(pair: StereoPair, fx: float, config: SgbmConfig) -> Float32[np.ndarray, "h w"]:
-    """Depth of the left picture along its optical axis, metres; 0 for no reading."""
+    """Return depth of the left picture along its optical axis, metres; 0 for no reading."""
     disparities = int(np.ceil(fx * pair.baseline_m / config.min_depth_m))
     s = finer(pair.left.shape)
     config = replace(
@@ -135,8 +135,9 @@ def sgbm_depth(pair: StereoPair, fx: float, config: SgbmConfig) -> Float32[np.nd
 
 
 def made_up_pair(depth_m: Float32[np.ndarray, "h w"], fx: float, baseline_m: float = 0.095) -> StereoPair:
-    """Two pictures of random dots that show a depth: for rehearsals and tests. What the left one does not see is other
-    dots in the right one.
+    """Make two pictures of random dots that show a depth, for rehearsals and tests.
+
+    The right picture has other dots where the left camera does not see.
     """
     h, w = depth_m.shape
     rng = np.random.default_rng(0)

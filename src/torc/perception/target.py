@@ -1,4 +1,4 @@
-"""Which of the masks is the target, by reference pictures; "none of them" is an answer."""
+"""Decide which of the masks is the target, by reference pictures; it may be none of them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,8 +20,8 @@ class Certainty:
     """When the likeliest of several masks is taken for the target.
 
     Attributes:
-        sure: from this probability on a mask is the target.
-        still: one that was the target stays it down to this.
+        sure: a mask is the target from this probability on.
+        still: a mask that was the target stays it down to this probability.
         ahead: the best mask is the target only if the second best is this much less probable.
     """
 
@@ -39,18 +39,21 @@ class TargetConfig(Certainty):
     """When a mask is taken for the target by reference pictures.
 
     The numbers were chosen by `python -m tools.eyes target` and `held`: a wrong object costs the trial, a target that
-    is not known yet a pick or two.
+    is not recognised yet a pick or two.
 
     Attributes:
-        likeness, steepness, pixels: a mask alone with this cosine to the nearest reference picture is the target with
+        likeness, steepness, pixels: a lone mask with this cosine to the nearest reference picture is the target with
             probability 1/2; how fast that changes with the cosine; how much it changes with the logarithm of the number
             of pixels.
-        too_long, too_thick: how fast the odds fall where a mask is longer or thicker than the target: per unit of the
-            logarithm, if its size was told. Shorter and thinner says nothing: others hide a part of many.
-        held_likeness, held_steepness, held_trust: the same for what is in the hand, and how much the log-odds of before
-            the pick count there.
-        held_too_large: how fast the odds fall there where it is longer or thicker than the target, as above. Nothing
-            hides it, and the gripper only makes it smaller, so this is steep.
+        too_long, too_thick: if the target's size is known, how fast the odds fall, per unit of the logarithm, as a mask
+            is
+            longer or thicker. Shorter and thinner proves nothing: many are partly hidden.
+        held_likeness, held_steepness, held_trust: likewise for the held object, and the weight of the log-odds from
+            before
+            the pick.
+        held_too_large: how fast its odds fall as it is longer or thicker than the target, as above. Nothing hides it,
+            and
+            the gripper only makes it smaller, so this is steep.
     """
 
     sure: float = 0.8
@@ -67,7 +70,7 @@ class TargetConfig(Certainty):
 
 _TYPICAL_PIXELS = 1000.0
 _LEAST_P = 0.005
-"""No belief of before the pick is surer, either way."""
+"""Limits how sure the belief before the pick counts, either way."""
 _NEAR_PX = 4
 MAX_PICTURES = 24
 _MAX_SIDE_PX = 1024
@@ -82,9 +85,10 @@ def target_probabilities(
     stretched: Float[np.ndarray, "n 2"] | None = None,
     brought_odds: float = 0.0,
 ) -> Float[np.ndarray, "n"]:
-    """Per object the probability that it is the one on the reference pictures: at most one of them is (a softmax over
-    all of them, none, and what was brought before). `stretched`: see `torc.perception.extent.stretch`; `brought_odds`:
-    see `torc.records.SegmentedScene`.
+    """Return the probability of each object to be the one on the reference pictures; at most one of them is.
+
+    A softmax over all of them, none, and what was delivered before. `stretched`: see `torc.perception.extent.stretch`;
+    `brought_odds`: see `torc.records.SegmentedScene`.
     """
     if len(looks) == 0:
         return np.zeros(0)
@@ -104,9 +108,14 @@ def held_probability(
     stretched: Float[np.ndarray, "2"] | None = None,
     rivals: float = 0.0,
 ) -> float:
-    """How surely an object in the hand is the target: by its cosine to the nearest reference picture, by how surely it
-    was before the pick, and by its size (`stretched`: see `torc.perception.extent.stretch`) where the target's is told.
-    `rivals`: how many others its looks speak for as well, see the function of that name.
+    """Return the probability that an object in the hand is the target.
+
+    Args:
+        cosine: to the nearest reference picture.
+        before: the probability before the pick.
+        config: weights of these.
+        stretched: see `torc.perception.extent.stretch`; None if the target's size is unknown.
+        rivals: how many others its looks fit equally well; see the function `rivals`.
     """
     before = min(max(before, _LEAST_P), 1 - _LEAST_P)
     odds = config.held_steepness * (cosine - config.held_likeness) + config.held_trust * np.log(
@@ -118,10 +127,10 @@ def held_probability(
 
 
 def rivals(known: Sequence[KnownObject], object_id: int, config: TargetConfig) -> float:
-    """How many others may be the target as well as this object, by what was seen before it is picked.
+    """Return how many other objects may equally be the target, by what was seen before this one is picked.
 
-    Each counts by how surely it looks the same (on the scale of reference pictures), and less if it is less likely. A
-    likelier one counts as an equal: it may only have been seen better than what is now in the hand.
+    Each counts by how surely it looks alike (on the scale of reference pictures), and less if it is less likely. A
+    likelier one counts as an equal: it may only have been seen better than the one now in the hand.
     """
     own = next((k for k in known if k.id == object_id), None)
     others = [k for k in known if k.id != object_id]
@@ -134,7 +143,7 @@ def rivals(known: Sequence[KnownObject], object_id: int, config: TargetConfig) -
 
 
 def choose_target(p: Float[np.ndarray, "n"], was: int | None, config: Certainty) -> int | None:
-    """Index of the target among the objects, or None. `was` is the one that it was before, if it is still there."""
+    """Return the index of the target among the objects, or None. `was` is the earlier target's, if it is still there."""
     if len(p) == 0:
         return None
     order = np.argsort(-p)
@@ -150,8 +159,11 @@ def choose_target(p: Float[np.ndarray, "n"], was: int | None, config: Certainty)
 
 
 def marked_object(label: Int16[np.ndarray, "h w"], mark: tuple[int, ...]) -> int | None:
-    """The label (0 or more) at a pixel (column, row), or else nearest to it within a few pixels; the one that agrees
-    best with a box (left, top, right, bottom). None where there is none. Raises InputError off the picture.
+    """Return the label (0 or more) at a mark, or None. Raises InputError off the picture.
+
+    At a pixel (column, row), or else nearest to it within a few pixels; or the one that agrees best with a box (left,
+    top,
+    right, bottom).
     """
     height, width = label.shape
     x, y = mark[:2]
@@ -173,8 +185,9 @@ def marked_object(label: Int16[np.ndarray, "h w"], mark: tuple[int, ...]) -> int
 
 
 def load_pictures(paths: Sequence[Path]) -> tuple[UInt8[np.ndarray, "h w c"], ...]:
-    """Reference pictures from files, RGBA where they have an alpha channel. Raises InputError for one that cannot be
-    read, or shows nothing, and for more than MAX_PICTURES.
+    """Load reference pictures from files, as RGBA if they have an alpha channel.
+
+    Raises InputError for one that cannot be read, or shows nothing, and for more than MAX_PICTURES.
     """
     if len(paths) > MAX_PICTURES:
         raise InputError(
@@ -199,9 +212,9 @@ def load_pictures(paths: Sequence[Path]) -> tuple[UInt8[np.ndarray, "h w c"], ..
 
 
 def reference_mask(picture: UInt8[np.ndarray, "h w c"]) -> Bool[np.ndarray, "h w"]:
-    """Where a reference picture shows the target: its fourth channel if that leaves out anything; else what
-    stands out from the rim. Raises InputError for a picture that is none, or shows
-    nothing.
+    """Return where a reference picture shows the target: its alpha channel if used, else what stands out from the rim.
+
+    Raises InputError if the picture is not valid, or shows nothing.
     """
     if picture.ndim != 3 or picture.shape[2] not in (3, 4) or min(picture.shape[:2]) < 8:
         raise InputError(
@@ -209,7 +222,7 @@ def reference_mask(picture: UInt8[np.ndarray, "h w c"]) -> Bool[np.ndarray, "h w
         )
     cut_out = (
         picture.shape[2] == 4 and picture[..., 3].min() < 128
-    )  # screenshots have a channel that says nothing
+    )  # screenshots have a meaningless alpha channel
     mask = picture[..., 3] > 127 if cut_out else _standing_out(np.ascontiguousarray(picture[..., :3]))
     if np.count_nonzero(mask) < 30:
         raise InputError(
@@ -227,6 +240,6 @@ def _standing_out(picture: UInt8[np.ndarray, "h w 3"]) -> Bool[np.ndarray, "h w"
     mask = np.full((h, w), cv2.GC_PR_FGD, np.uint8)
     mask[:rim], mask[h - rim :], mask[:, :rim], mask[:, w - rim :] = (cv2.GC_BGD,) * 4
     found = grab_cut(small, mask, rounds=4)
-    if found.mean() < 0.05:  # all is alike: then all of it is the object
+    if found.mean() < 0.05:  # everything is alike: then all of it is the object
         found = np.ones((h, w), bool)
     return np.asarray(cv2.resize(found.view(np.uint8), (width, height), interpolation=cv2.INTER_NEAREST) > 0)

@@ -1,4 +1,4 @@
-"""What a time-of-flight camera makes of exact depth: the stage `--depth tof`, for simulated cameras.
+"""The stage `--depth tof`, for simulated cameras: turn exact depth into that of a time-of-flight camera.
 
 Light is modulated, and each pixel measures the phase of what comes back. That is a sum of phasors: of the surface that
 it sees, of its neighbours within the lens's blur, and of light scattered in the lens from everywhere. So pixels at an
@@ -19,7 +19,7 @@ from torc.registry.kinds import DepthTraits
 
 _LIGHT_SPEED = 299_792_458.0
 _SCATTER_SHARE = 0.12
-"""Width of the scattered light, by the picture's width."""
+"""Width of the scattered light, as a share of the picture's width."""
 
 
 @dataclass(frozen=True)
@@ -31,8 +31,8 @@ class TofConfig:
         blur_px: standard deviation of the lens's blur.
         scatter: share of the light that the lens scatters.
         noise_m: standard deviation for a white surface seen squarely at 1 m.
-        least: amplitude, by that of such a surface, below which there is no reading.
-        seed: of the noise, beside the snapshot's time.
+        least: amplitude, relative to that surface's, below which there is no reading.
+        seed: of the noise, together with the snapshot's time.
     """
 
     frequency_hz: float = 60e6
@@ -59,7 +59,7 @@ class TofDepth(DepthTraits):
         self.config = TofConfig() if config is None else config
 
     def measure(self, observation: Observation) -> Observation:
-        """The observation with such depth; the same for the same snapshot."""
+        """Return the observation with this camera's depth; equal snapshots give equal depth."""
         rng = np.random.default_rng([self.config.seed, round(1e6 * observation.stamp_s)])
         return replace(observation, depth_m=tof_depth(observation, self.config, rng))
 
@@ -67,7 +67,7 @@ class TofDepth(DepthTraits):
 def tof_depth(
     observation: Observation, config: TofConfig, rng: np.random.Generator
 ) -> Float32[np.ndarray, "h w"]:
-    """Depth along the optical axis, metres; 0 for no reading."""
+    """Return depth along the optical axis, metres; 0 for no reading."""
     exact, stretch = np.nan_to_num(observation.depth_m), _stretch(observation)
     range_m = exact * stretch
     amplitude = _amplitude(observation, range_m)
@@ -86,7 +86,7 @@ def tof_depth(
 
 
 def _stretch(observation: Observation) -> Float32[np.ndarray, "h w"]:
-    """Range along the ray by depth along the axis."""
+    """Return range along the ray divided by depth along the axis."""
     height, width = observation.depth_m.shape
     K = observation.K
     x = (np.arange(width) - K[0, 2]) / K[0, 0]
@@ -95,7 +95,7 @@ def _stretch(observation: Observation) -> Float32[np.ndarray, "h w"]:
 
 
 def _amplitude(observation: Observation, range_m: Float32[np.ndarray, "h w"]) -> Float32[np.ndarray, "h w"]:
-    """How bright each pixel is in the camera's own light, by a white surface seen squarely at 1 m."""
+    """Return the brightness of each pixel in the camera's own light, relative to a white surface seen squarely at 1 m."""
     albedo = cv2.cvtColor(observation.rgb, cv2.COLOR_RGB2GRAY).astype(np.float32) / 255
     slope = np.hypot(*np.gradient(range_m)) / np.maximum(range_m, 1e-3) * np.float32(observation.K[0, 0])
     facing = 1 / np.sqrt(1 + np.minimum(slope, 20.0) ** 2)

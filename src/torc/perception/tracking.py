@@ -1,11 +1,11 @@
-"""Keeping an object's id from snapshot to snapshot.
+"""Keep an object's id from snapshot to snapshot.
 
-Most of a scene stays where it was: a surface point that is found again, at the same place, belongs to the object that
-it belonged to. So masks are matched to the objects before by the surface that they share. What no surface tells, since
-it was moved, or was hidden for a while, is matched by what it looks like, how large it is, and where it was.
+Most of a scene stays where it was: a surface point that is found again in its place belongs to its earlier object.
+So masks are matched to earlier objects by the surface that they share. An object whose surface does not decide, since
+it was moved or hidden for a while, is matched by its looks, its size, and where it was.
 
-Masks change from look to look also where nothing moved: two objects become one mask, or one becomes two. Of two such
-readings of a surface that did not change, the surer one stays.
+Masks also change from look to look where nothing moved: two objects become one mask, or one becomes two. Of two such
+readings of an unchanged surface, the surer one stays.
 """
 
 from collections.abc import Sequence
@@ -24,7 +24,7 @@ _MOST_POINTS = 400
 
 @dataclass(frozen=True)
 class TrackingConfig:
-    """When an object is the one of before.
+    """When an object is an earlier one.
 
     Attributes:
         same_m, same_share: a point stayed if the depth there is this close to it, or within this share of the depth.
@@ -32,7 +32,7 @@ class TrackingConfig:
         part: a mask holds an object, or an object a mask, with this share of its surface.
         reach_m: an object was moved no further than this in one pick.
         alike: least likeness (cosine) of an object that was moved, or was out of sight.
-        unlike: what stands where an object stood, but looks less like it than this, is another one.
+        unlike: an object that stands where another stood, but looks less like it than this, is a different one.
         forget: looks after which an object that is gone from its place is forgotten.
     """
 
@@ -48,8 +48,9 @@ class TrackingConfig:
 
 @dataclass(frozen=True)
 class Seen:
-    """An object of the present snapshot that has no id yet: surface points in the world; what it looks like, a unit
-    vector; how surely it is one object, 0 to 1.
+    """An object of the present snapshot that has no id yet.
+
+    Surface points are in the world; the look is a unit vector; `sureness`, 0 to 1, says how surely it is one object.
     """
 
     points: Float32[np.ndarray, "n 3"]
@@ -60,9 +61,7 @@ class Seen:
 def carried_over(
     before: SegmentedScene, observation: Observation, config: TrackingConfig
 ) -> Int16[np.ndarray, "h w"]:
-    """Per pixel of the present picture the id of the object whose surface was there before and still is; BACKGROUND
-    elsewhere.
-    """
+    """Return, per pixel, the id of the object whose surface was there before and still is; BACKGROUND elsewhere."""
     depth = observation.depth_m
     out = np.full(depth.shape, BACKGROUND, np.int16)
     for o in before.objects:
@@ -78,7 +77,7 @@ def settled_masks(
     carried: Int16[np.ndarray, "h w"],
     config: TrackingConfig,
 ) -> tuple[Int16[np.ndarray, "h w"], Float32[np.ndarray, "n"]]:
-    """Masks (numbers from 0 on) and their sureness, where the surer reading of before is restored."""
+    """Return masks (numbers from 0 on) and their sureness, with the earlier reading restored where it was surer."""
     known = {k.id: k for k in before.known}
     label, sure = label.copy(), list(map(float, sureness))
     table = _Shares(len(sure), label, carried, before)
@@ -103,10 +102,11 @@ def same_ids(
     observation: Observation,
     config: TrackingConfig,
 ) -> tuple[list[int], tuple[KnownObject, ...]]:
-    """An id for each object, and what is to be remembered of all.
+    """Return an id for each object, and what to remember of all.
 
-    `overlap` is the agreement of each with each object of `before.objects`, see `agreement`; before the first snapshot
-    there is none. New objects get ids that nothing known has; TARGET_ID is given to nobody who did not have it.
+    `overlap` is the agreement of each with each object of `before.objects`, see `agreement`; it has no columns before
+    the
+    first snapshot. New objects get ids that nothing known has; TARGET_ID is never newly given.
     """
     ids: list[int | None] = [None] * len(seen)
     remembered = () if before is None else before.known
@@ -128,7 +128,7 @@ def same_ids(
 def _unlike(
     seen: Sequence[Seen], before: SegmentedScene | None, config: TrackingConfig
 ) -> Bool[np.ndarray, "n k"]:
-    """Which of the objects look other than which of those of before."""
+    """Return which of the objects look different from which of the earlier ones."""
     if before is None or not seen:
         return np.zeros((len(seen), 0 if before is None else len(before.objects)), bool)
     looks = {k.id: k.look for k in before.known}
@@ -139,14 +139,14 @@ def _unlike(
 def agreement(
     masks: int, label: Int16[np.ndarray, "h w"], carried: Int16[np.ndarray, "h w"], before: SegmentedScene
 ) -> Float[np.ndarray, "n k"]:
-    """How far each mask and each object of before share one surface: twice what they share, by what both have."""
+    """Return how far each mask and each earlier object share one surface: twice what they share, by what both have."""
     table = _Shares(masks, label, carried, before)
     total = table.mask_sizes[:, None] + table.object_sizes
     return np.asarray(2 * table.common / np.maximum(total, 1))
 
 
 class _Shares:
-    """Pixels that masks and the objects of before have in common; a mask may have none at all."""
+    """Pixels that masks and the earlier objects have in common; a mask may have none at all."""
 
     def __init__(self, masks: int, label: np.ndarray, carried: np.ndarray, before: SegmentedScene) -> None:
         self.ids = [o.id for o in before.objects]
@@ -159,12 +159,12 @@ class _Shares:
         self.object_sizes = np.array([len(o.points) for o in before.objects], dtype=np.int64)
 
     def held_by(self, mask: int, share: float) -> list[int]:
-        """Ids of the objects that lie in a mask with this share of their surface."""
+        """Return ids of the objects that lie in a mask with this share of their surface."""
         inside = self.common[mask] >= share * self.object_sizes
         return [self.ids[j] for j in np.flatnonzero(inside & (self.common[mask] > 0))]
 
     def parts_of(self, object_id: int, share: float) -> list[int]:
-        """Masks that lie on an object with this share of theirs, the largest first."""
+        """Return masks that lie on an object with this share of theirs, the largest first."""
         if object_id not in self.ids:
             return []
         common = self.common[:, self.ids.index(object_id)]
@@ -180,7 +180,7 @@ def _divide(
     sure: list[float],
     readings: list[float],
 ) -> None:
-    """Divides a mask among the objects that it holds: each pixel goes to the nearest pixel that stayed."""
+    """Divide a mask among the objects that it holds: each pixel goes to the nearest pixel that stayed."""
     inside = label == mask
     source = np.where(inside & np.isin(carried, held), carried, BACKGROUND)
     rows, cols = ndimage.distance_transform_edt(source < 0, return_distances=False, return_indices=True)
@@ -197,7 +197,7 @@ def _divide(
 def _still_there(
     points: Float32[np.ndarray, "n 3"], observation: Observation, config: TrackingConfig
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Rows and columns where points would show, and whether the depth there is theirs."""
+    """Return rows and columns where points would show, and whether the depth there is theirs."""
     rows, cols, z, inside = _places(points, observation)
     found = observation.depth_m[rows, cols]
     near = np.abs(found - z) < np.maximum(config.same_m, config.same_share * z)
@@ -217,7 +217,7 @@ def _places(
 def _found_again(
     seen: Sequence[Seen], ids: list[int | None], lost: list[KnownObject], config: TrackingConfig
 ) -> list[tuple[int, KnownObject]]:
-    """Objects without an id that are ones that were lost: alike, of about their size, and not too far away."""
+    """Match objects without an id to lost ones: alike, of about their size, and not too far away."""
     new = [i for i, k in enumerate(ids) if k is None]
     if not new or not lost:
         return []
@@ -227,7 +227,7 @@ def _found_again(
 
 
 def _likeness(seen: Seen, known: KnownObject, config: TrackingConfig) -> float:
-    """Cosine of the looks, less for other sizes and for the distance; 0 beyond the reach."""
+    """Return the cosine of the looks, less for other sizes and for the distance; 0 beyond the reach."""
     away = float(np.linalg.norm(seen.points.mean(axis=0) - known.points.mean(axis=0)))
     if away > config.reach_m:
         return 0.0
@@ -237,7 +237,7 @@ def _likeness(seen: Seen, known: KnownObject, config: TrackingConfig) -> float:
 
 
 def _aged(known: KnownObject, observation: Observation, config: TrackingConfig) -> KnownObject | None:
-    """What is remembered of an object that was not found; None once it is clear that it is gone."""
+    """Return the memory of an object that was not found; None once it is certainly gone."""
     rows, cols, z, inside = _places(known.points, observation)
     found = observation.depth_m[rows, cols]
     margin = np.maximum(config.same_m, config.same_share * z)
@@ -250,7 +250,7 @@ def _aged(known: KnownObject, observation: Observation, config: TrackingConfig) 
 
 
 def _name_the_new(ids: list[int | None], kept: list[KnownObject]) -> None:
-    """Ids for objects without one, in place: the lowest that is free; if none is, that of what was missed longest."""
+    """Give ids to objects without one, in place: the lowest free one, else that of the object missed longest."""
     taken = {k for k in ids if k is not None} | {k.id for k in kept} | {TARGET_ID}
     free = [k for k in range(MAX_OBJECTS) if k not in taken]
     kept.sort(key=lambda k: k.missed)

@@ -1,1 +1,1 @@
-"""From one image to all that a task planner may see: perceive, occlusion volume, grasps, validity, blocking."""
+"""Turn one image into all that a task planner may see: scene, occlusion volume, grasps, validity, blocking."""

@@ -1,16 +1,16 @@
-"""A doubtful grasp waits while clearing neighbours first is the better bet.
+"""Hold a doubtful grasp back while clearing neighbours first is the better bet.
 
-A try that fails costs a pick; one that fails with the target may lose it, and with it all picks that are left. So the
+A failed try costs a pick; one that fails with the target may lose it, and with it all picks that are left. So the
 expected number of picks to get an object out by a grasp that succeeds with probability p is
 
     cost(p) = tries + lost * picks_left,  tries = 1 / (p + q (1 - p)),  lost = q (1 - p) * tries
 
-where q is the share of failed tries that lose the object: 0 for all but the target. An object waits if neighbours that
-can be grasped are all that blocks a better grasp of it, and clearing them, at 1 / p(neighbour) each, with cost(better)
-after it takes less than the cost now.
+where q is the share of failed tries that lose the object: 0 for all but the target. An object waits if only graspable
+neighbours block a better grasp of it, and clearing them, at 1 / p(neighbour) each, plus cost(better) is less than the
+cost now.
 
-No circle of objects wait for each other: an object other than the target waits only for one that is likelier to
-come, and nothing waits for the target.
+Objects never wait for each other in a circle: an object other than the target waits only for likelier grasps, and
+nothing waits for the target.
 """
 
 from collections.abc import Iterator, Mapping
@@ -25,11 +25,11 @@ from torc.task_planning.belief.costs import expected_picks
 
 
 def hold_back_unlikely(report: GraspReport, grasps: GraspSet, min_score: float) -> GraspReport:
-    """The report with UNLIKELY for valid grasps that hold with a lower probability than min_score.
+    """Mark valid grasps that hold with a lower probability than min_score as UNLIKELY, and return the new report.
 
-    Such a pick mostly pushes or topples what it is for. It is all objects together that count: an object may be left
-    without a valid grasp because another one has a likely grasp. Where no grasp at all is likely the report stays as
-    it is: a poor chance is better than none.
+    Such a pick mostly pushes or topples its object. All objects count together: an object may be left without a valid
+    grasp because another one has a likely grasp. If no grasp at all is likely the report is unchanged: a poor chance is
+    better than none.
     """
     unlikely = (report.status == GraspStatus.VALID) & (grasps.scores < min_score)
     status = np.where(unlikely, np.uint8(GraspStatus.UNLIKELY), report.status)
@@ -51,9 +51,7 @@ class BetConfig:
 def hold_back_worse_bets(
     report: GraspReport, grasps: GraspSet, picks_left: int, config: BetConfig
 ) -> GraspReport:
-    """The report with UNLIKELY for the valid grasps of every object that had better wait; `picks_left` are attempts,
-    this one included.
-    """
+    """Mark the valid grasps of every object that had better wait as UNLIKELY; `picks_left` includes this attempt."""
     best: dict[int, float] = {}
     """The score of the best valid grasp of each object that has one."""
     for grasp in np.flatnonzero(report.status == GraspStatus.VALID).tolist():

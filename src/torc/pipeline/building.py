@@ -1,4 +1,4 @@
-"""The one place where the parts around a task planner are made from their conditions."""
+"""Build the parts around a task planner from their conditions."""
 
 from dataclasses import dataclass, replace
 from pkgutil import resolve_name
@@ -27,7 +27,7 @@ from torc.workspace.workspace_files import load_workspace, own_workspace_source
 
 @dataclass(frozen=True)
 class System:
-    """The parts around a task planner, but for the camera and the robot's hardware, and what they were made from."""
+    """The parts around a task planner, except the camera and the robot's hardware, and what they were built from."""
 
     conditions: Conditions
     robot: RobotDescription
@@ -39,9 +39,14 @@ class System:
 def build_system(
     conditions: Conditions, workspace: Workspace | None = None, robot: RobotDescription | None = None
 ) -> System:
-    """Make all parts from their conditions; `workspace` and `robot` replace those that the conditions name.
+    """Build all parts from their conditions.
 
-    Raises InputError for a part that is unknown or cannot be made, and for a setting that does not exist.
+    Args:
+        conditions: names and settings of the parts.
+        workspace, robot: replace those that the conditions name.
+
+    Raises:
+        InputError: a part is unknown or cannot be built, or a setting does not exist.
     """
     robot = load_robot(conditions.robot) if robot is None else robot
     workspace = load_workspace(conditions.workspace) if workspace is None else workspace
@@ -62,16 +67,18 @@ def build_pipeline(
     rough: bool = False,
     max_depth_m: float | None = None,
 ) -> Pipeline:
-    """Make the parts between camera and task planner.
+    """Build the parts between camera and task planner.
 
     Args:
         stages: names and settings of the parts.
         robot: whose reach counts; for a gripper alone every pose counts as reachable.
+        workspace: the support and the grid of the occlusion volume.
         noisy: add the noise of a stereo camera, and expect it.
         rough: expect depth with a sensor's errors.
-        max_depth_m: how far the occlusion volume believes readings, metres.
+        max_depth_m: largest reading that the occlusion volume trusts, metres.
 
-    Raises InputError as `build_system`.
+    Raises:
+        InputError: as in `build_system`.
     """
     check_settings(stages, noisy)
     gripper = robot.gripper if isinstance(robot, RobotDescription) else robot
@@ -98,21 +105,21 @@ def build_pipeline(
 def make_stage(
     stages: PipelineSpec, stage: str, context: BuildContext | None = None, *, rough: bool = False
 ) -> Any:
-    """Make the part of a stage of `STAGES`. Raises as `make_part`."""
+    """Build the part of a stage of `STAGES`. Raises as `make_part`."""
     return make_part(
         STAGES[stage], getattr(stages, stage), under(stages.settings, stage), context, rough=rough
     )
 
 
 def configured(stages: PipelineSpec, stage: str, default: Any) -> Any:
-    """A configuration with the settings of a stage. Raises InputError."""
+    """Return `default` with the settings of a stage. Raises InputError if a setting cannot be used."""
     return changed(default, under(stages.settings, stage), stage)
 
 
 def check_settings(stages: PipelineSpec, noisy: bool) -> None:
-    """Raise UnknownNameError for a setting that its stage does not have, InputError for a setting that is not used.
+    """Raise UnknownNameError for a setting that its stage does not have, InputError for one that is not used.
 
-    Loads the parts that have settings, and no others.
+    Loads only the parts that have settings.
     """
     if not noisy and under(stages.settings, "noise"):
         raise InputError("There are settings of the noise, but no noise: add --noise.")
@@ -125,8 +132,9 @@ def check_settings(stages: PipelineSpec, noisy: bool) -> None:
 
 
 def sources(conditions: Conditions) -> dict[str, str]:
-    """Return fingerprints of what does not come with torc, by field of the conditions. Raises InputError for unknown
-    parts.
+    """Return fingerprints of the parts that do not come with torc, by field of the conditions.
+
+    Raises InputError for unknown parts.
     """
     found = {"robot": own_source(conditions.robot), "workspace": own_workspace_source(conditions.workspace)}
     for stage, kind in STAGES.items():
@@ -136,9 +144,9 @@ def sources(conditions: Conditions) -> dict[str, str]:
 
 
 def default_config(stage: str) -> Any:
-    """Return the configuration of a stage as it is without settings: that of its default part, if it is exchangeable.
+    """Return the default configuration of a stage; for an exchangeable stage, that of its default part.
 
-    None for a part without a configuration of its own.
+    None if the part has no configuration.
     """
     if stage in STAGES:
         config = config_class(load_part(STAGES[stage], getattr(Conditions(), stage)))

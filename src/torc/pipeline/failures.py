@@ -1,11 +1,11 @@
-"""What failed is not tried again in the same way: repeating a failed grasp on an unchanged object wastes picks.
+"""Remember failures: repeating a failed grasp on an unchanged object wastes picks.
 
-An executed grasp that failed lowers the scores of grasps like it; one for which no motion was found makes them
-invalid, and the second time that there is none, all of the object's. Both are forgotten when the object is seen
-elsewhere, the latter also when the robot has moved since.
+An executed grasp that failed lowers the scores of similar grasps. One for which no motion was found invalidates them,
+and if that happens again, all of the object's. Both are forgotten when the object is seen elsewhere, the latter also
+when the robot has moved since.
 
 The object itself stays under suspicion for the rest of the episode: grasp models see its shape, not that it is heavy,
-slippery or wedged in, and every failure says that it is harder to hold than it looks.
+slippery or wedged in, and every failure suggests that it is harder to hold than it looks.
 """
 
 from collections import Counter
@@ -21,9 +21,13 @@ from torc.records import GraspReport, GraspSet, GraspStatus, PickOutcome, Segmen
 
 @dataclass(frozen=True)
 class FailedGrasp:
-    """A grasp that was executed and failed, or else had no motion. `seen_at` is the mean of the object's visible points
-    then, `touched` are points that a finger touched where nothing was seen (`torc.pipeline.touch`); world frame. With
-    `again` it was the second time that the object had no motion, and stands for all its grasps.
+    """A grasp that was executed and failed, or had no motion; world frame.
+
+    Attributes:
+        seen_at: mean of the object's visible points then.
+        executed: False if no motion was found.
+        touched: points that a finger touched where nothing was seen (`torc.pipeline.touch`).
+        again: the object had no motion for the second time; stands for all its grasps.
     """
 
     object_id: int
@@ -36,12 +40,14 @@ class FailedGrasp:
 
 @dataclass(frozen=True)
 class FailureConfig:
-    """Attributes:
-    distance_m, angle_rad: grasps closer than both are alike.
-    score_factor: what an executed failure leaves of the score of grasps like it.
-    moved_m: an object seen further than this from where it was has changed.
-    log_odds: what every failed try with an object takes from the log-odds of all its grasps; 0 for nothing.
-        Measured by benchmarks/failure_memory.py.
+    """How failures count.
+
+    Attributes:
+        distance_m, angle_rad: grasps closer than both are alike.
+        score_factor: factor on the scores of grasps like an executed one that failed.
+        moved_m: an object seen further than this from where it was has changed.
+        log_odds: what every failed try with an object takes from the log-odds of all its grasps; 0 for nothing.
+            Measured by benchmarks/failure_memory.py.
     """
 
     distance_m: float = 0.02
@@ -56,7 +62,7 @@ class FailureConfig:
 
 
 def with_status(report: GraspReport, grasps: GraspSet, status: UInt8[np.ndarray, "n"]) -> GraspReport:
-    """The report with other statuses, its count of valid grasps per object brought in line."""
+    """Return the report with other statuses and its count of valid grasps per object updated."""
     valid = [np.count_nonzero(status[grasps.object_ids == k] == GraspStatus.VALID) for k in report.object_ids]
     return replace(report, status=status, valid_total=np.array(valid, dtype=np.int32))
 
@@ -64,7 +70,7 @@ def with_status(report: GraspReport, grasps: GraspSet, status: UInt8[np.ndarray,
 def still_valid(
     failed: tuple[FailedGrasp, ...], scene: SegmentedScene, config: FailureConfig
 ) -> tuple[FailedGrasp, ...]:
-    """The failures that still tell something: their object is in sight and where it was."""
+    """Return the failures that still count: their object is in sight and where it was."""
     places = {o.id: o.points.mean(axis=0) for o in scene.objects}
     return tuple(
         f
@@ -76,8 +82,13 @@ def still_valid(
 def lower_scores(
     grasps: GraspSet, failed: tuple[FailedGrasp, ...], history: tuple[PickOutcome, ...], config: FailureConfig
 ) -> GraspSet:
-    """The grasps with lower scores where one like it, or any other with that object, was executed and failed. `failed`
-    are the failures that still tell something, `history` all picks so far.
+    """Lower the scores of grasps if a similar one, or any other of their object, was executed and failed.
+
+    Args:
+        grasps: the grasps to score.
+        failed: the failures that still count.
+        history: all picks so far.
+        config: by how much.
     """
     factor, tries = np.ones(len(grasps)), failed_tries(history)
     for f in failed:
@@ -91,14 +102,14 @@ def lower_scores(
 
 
 def failed_tries(history: tuple[PickOutcome, ...]) -> Counter[int]:
-    """How often the robot went for a grasp of an object and did not deliver it, by object id."""
+    """Return how often the robot tried to grasp each object and did not deliver it, by object id."""
     return Counter(o.object_id for o in history if o.result.grasp_tried and not o.delivered)
 
 
 def veto(
     report: GraspReport, grasps: GraspSet, failed: tuple[FailedGrasp, ...], config: FailureConfig
 ) -> GraspReport:
-    """The report with NO_MOTION for valid grasps like one for which no motion was found."""
+    """Mark valid grasps like one for which no motion was found as NO_MOTION, and return the new report."""
     status = report.status.copy()
     for f in failed:
         if not f.executed:
@@ -108,7 +119,9 @@ def veto(
 
 
 def _alike(grasps: GraspSet, failed: FailedGrasp, config: FailureConfig) -> Bool[np.ndarray, "n"]:
-    """Whether each grasp is for the same object and about the same; a half turn about the approach makes none other."""
+    """Return whether each grasp is similar to a failed one of its object; a half turn about the approach does not
+    count.
+    """
     T = grasps.Ts_world_tcp
     distance = np.linalg.norm(T[:, :3, 3] - failed.T_world_tcp[:3, 3], axis=1)
     relative = np.einsum("ij,njk->nik", failed.T_world_tcp[:3, :3].T, T[:, :3, :3])

@@ -1,4 +1,4 @@
-"""From one snapshot to a `PlanningContext` (paper: A Modular Pipeline, steps 1 and 2)."""
+"""Turn one snapshot into a `PlanningContext` (paper: A Modular Pipeline, steps 1 and 2)."""
 
 import time
 from collections.abc import Iterator, Mapping
@@ -42,20 +42,20 @@ NOTHING_WANTED = Wanted("")
 
 @dataclass
 class Lap:
-    """One pass through a stage; `seconds` is known when it is over."""
+    """One pass through a stage; `seconds` is known once it is over."""
 
     seconds: float = 0.0
 
 
 class StageClock:
-    """Adds up the wall seconds spent in named stages; no result depends on them."""
+    """Sums the wall seconds spent in named stages; no result depends on them."""
 
     def __init__(self) -> None:
         self.seconds: dict[str, float] = {}
 
     @contextmanager
     def stage(self, name: str) -> Iterator[Lap]:
-        """Count the time of the block, also when it raises."""
+        """Count the time of the block, even if it raises."""
         start, lap = time.perf_counter(), Lap()
         try:
             yield lap
@@ -64,15 +64,16 @@ class StageClock:
             self.add({name: lap.seconds})
 
     def add(self, seconds: Mapping[str, float]) -> None:
-        """Count times that were measured elsewhere."""
+        """Add times that were measured elsewhere."""
         for name, value in seconds.items():
             self.seconds[name] = self.seconds.get(name, 0.0) + value
 
 
 @dataclass(frozen=True)
 class View:
-    """What one snapshot shows, before anything is drawn for grasps: the observation as it was measured, and what
-    follows from it. `seconds` are wall time by stage.
+    """What one snapshot shows, before anything random is drawn for grasps.
+
+    `observation` is as measured; `seconds` are wall time by stage.
     """
 
     observation: Observation
@@ -84,8 +85,13 @@ class View:
 
 @dataclass(frozen=True)
 class Look:
-    """What one snapshot tells: to task planners the context alone. `observation` is as it was measured, with all labels
-    that its source knows; `world` is for motion planning; `seconds` are wall time by stage.
+    """The result of one look.
+
+    Attributes:
+        context: all that task planners receive.
+        observation: as measured, with all labels that its source knows.
+        world: for motion planning.
+        seconds: wall time by stage.
     """
 
     context: PlanningContext
@@ -102,8 +108,9 @@ class Pipeline:
         robot: whose reach decides which grasps are valid; a GripperDescription alone checks only the gripper.
         noise: sensor noise to add to each snapshot, None for none.
         min_score: valid grasps that are less likely to deliver become UNLIKELY while any object has a better one. Every
-            task planner chooses from what is left: RANDOM draws among fewer objects, and DG-SELECT takes an object
-            without a better grasp for one that is not graspable. 0 keeps to the paper: then no grasp waits.
+            task planner chooses from what is left: RANDOM draws among fewer objects, and for DG-SELECT an object
+                without
+            a better grasp is not graspable. 0 follows the paper: then no grasp waits.
         bets: when a doubtful grasp waits until a neighbour is cleared; see torc.pipeline.better_bet.
         motion: settings of the motion planner: a valid grasp has straight motions by these.
     """
@@ -136,16 +143,23 @@ class Pipeline:
     ) -> Look:
         """Perceive, update the occlusion volume, plan and check grasps.
 
-        `state` is what earlier looks and picks told; `seed` and the number of picks so far decide all random draws;
-        `picks_left` counts this one; `labels` are the user's own per object id, for the planner's reasons. Raises
-        PartError or GraspPlannerError if a part crashed, or what it returned cannot be used.
+        Args:
+            observation: the snapshot.
+            state: what earlier looks and picks left; None before the first look.
+            wanted: the target, in words and pictures.
+            seed: decides all random draws, with the number of picks so far.
+            picks_left: attempts left, this one included.
+            labels: the user's own label per object id, for the planner's reasons.
+
+        Raises:
+            PartError, GraspPlannerError: a part crashed, or what it returned cannot be used.
         """
         state = first_state(self.workspace.grid) if state is None else state
         view = self.view(observation, state, wanted=wanted, seed=seed)
         return self.look_at(view, state, wanted=wanted, seed=seed, picks_left=picks_left, labels=labels)
 
     def view(self, observation: Observation, state: EpisodeState, *, wanted: Wanted, seed: int) -> View:
-        """The first half of `look`: perceive, and update the occlusion volume. Raises PartError."""
+        """Do the first half of `look`: perceive, and update the occlusion volume. Raises PartError."""
         clock = StageClock()
         with clock.stage("perceive"):
             observation = self.measured(observation, stage_rng(seed, state.pick, "noise"))
@@ -167,8 +181,9 @@ class Pipeline:
         picks_left: int,
         labels: Mapping[int, int] | None = None,
     ) -> Look:
-        """The second half of `look`: plan and check grasps. The view is left as it is, so that other seeds can draw
-        from it, too. Raises GraspPlannerError.
+        """Do the second half of `look`: plan and check grasps. Raises GraspPlannerError.
+
+        The view is unchanged, so that other seeds can draw from it, too.
         """
         scene, volume, clock = view.scene, view.volume, StageClock()
         history = tuple(outcome.as_felt for outcome in state.outcomes)
@@ -200,7 +215,7 @@ class Pipeline:
         return Look(context, view.observation, view.world, view.seconds | clock.seconds)
 
     def measured(self, observation: Observation, rng: np.random.Generator) -> Observation:
-        """A snapshot with this pipeline's depth, after its noise if it adds any."""
+        """Return a snapshot with this pipeline's depth, after adding its noise if any."""
         if self.noise is not None:
             observation = add_sensor_noise(observation, self.noise, rng)
         return ask_depth(self.depth, observation)
@@ -208,7 +223,7 @@ class Pipeline:
     def evaluate(
         self, grasps: GraspSet, scene: SegmentedScene, volume: OcclusionVolume, world: CollisionWorld
     ) -> GraspReport:
-        """Which grasps the robot can carry out, and what is in the way of the others; whatever their probability."""
+        """Return which grasps the robot can carry out, and what blocks the others, whatever their probability."""
         if not isinstance(self.robot, RobotDescription):
             return evaluate_grasps_without_robot(grasps, scene, world, self.robot)
         report = evaluate_grasps(grasps, scene, world, self.robot)
@@ -218,9 +233,9 @@ class Pipeline:
 
 
 def _reported(scene: SegmentedScene) -> SegmentedScene:
-    """The scene with the labels of reported objects alone: others are perception's own, or a simulator's truth.
+    """Keep only the labels of reported objects: others are perception's own, or a simulator's truth.
 
-    A few pixels of a target that counts as hidden would otherwise tell a task planner, or a grasp planner, where it is.
+    A few pixels of a target that counts as hidden would otherwise reveal to a planner where it is.
     """
     hidden = (scene.label_image >= 0) & ~np.isin(scene.label_image, scene.ids)
     label = np.where(hidden, np.int16(BACKGROUND), scene.label_image)

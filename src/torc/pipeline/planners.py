@@ -1,4 +1,4 @@
-"""From the name of a task planner, and of the model that it asks, to a planner that is ready to decide."""
+"""Make a ready task planner from its name and that of the model that it asks."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -17,7 +17,7 @@ from torc.vlm.protocol import VlmClient
 from torc.vlm.simulated.situation import Situation
 
 Truth = Callable[[], Situation]
-"""Returns what is true now in a simulated trial."""
+"""Returns the true situation in a simulated trial."""
 
 
 def make_planner(name: str, **options: Any) -> TaskPlanner:
@@ -41,12 +41,15 @@ def load_planner(name: str) -> Any:
 
 
 def make_spec_planner(spec: PlannerSpec, cache: CacheConfig | None, truth: Truth | None) -> TaskPlanner:
-    """Make the planner of a trial. Raises InputError if that is not possible.
+    """Make the planner of a trial.
 
     Args:
         spec: its name, settings and VLM.
         cache: keeps replies of the VLM.
         truth: what the simulated VLM answers from.
+
+    Raises:
+        InputError: that is not possible.
     """
     context = planner_context(spec.name, load_planner(spec.name), spec.vlm, cache, truth)
     planner: TaskPlanner = make_part(TASK_PLANNERS, spec.name, spec.settings, context)
@@ -65,14 +68,14 @@ def asking_planners() -> list[str]:
 
 
 def is_reference(name: str) -> bool:
-    """Return whether a shipped planner knows more than others, and so is not ranked."""
+    """Return whether a shipped planner is privileged, and so is not ranked."""
     return name in shipped_paths(TASK_PLANNERS) and TASK_PLANNERS.traits(load_planner(name)).privileged
 
 
 def planner_context(
     name: str, maker: Any, config: VlmConfig | None, cache: CacheConfig | None, truth: Truth | None = None
 ) -> BuildContext:
-    """Return what a planner may be given: the client of its model, and how to ask. Nothing without a model.
+    """Return what a planner may be given: the client of its model, and how to ask. Empty without a model.
 
     Raises InputError for a planner that asks no model, for pictures or a prompt that it does not take, and as
     `open_client`.
@@ -96,10 +99,11 @@ def open_client(config: VlmConfig, cache: CacheConfig | None = None, truth: Trut
     Args:
         config: the model and its options.
         cache: where replies are kept.
-        truth: what the simulated VLM answers from; no other client is given it.
+        truth: what the simulated VLM answers from; no other client receives it.
 
-    Raises InputError without a key or a cache to replay, for the simulated VLM without a truth, and for a client that
-    cannot be made.
+    Raises:
+        InputError: there is no key, no cache to replay, or no truth for the simulated VLM; or the client cannot be
+            made.
     """
     if config.simulated and truth is None:
         raise InputError(
@@ -114,7 +118,7 @@ def open_client(config: VlmConfig, cache: CacheConfig | None = None, truth: Trut
 
 
 def _open(config: VlmConfig, truth: Truth | None) -> VlmClient:
-    # Planners alone use these; a client needs to know none of them.
+    # Only planners use these; a client needs none of them.
     asked = replace(config, picture=PictureConfig(), prompt=None, prices=None, questions=DEFAULT_QUESTIONS)
     plain = config.third_party and asked == VlmConfig(config.provider, "")
     if not plain and "config" not in parameters(load_part(CLIENTS, config.provider)):
@@ -127,10 +131,11 @@ def _open(config: VlmConfig, truth: Truth | None) -> VlmClient:
 
 
 def spec_of_object(spec: PlannerSpec, planner: TaskPlanner) -> PlannerSpec:
-    """Return what is recorded of a trial that a ready-made planner plays.
+    """Return the spec to record for a trial that a ready-made planner plays.
 
-    That is the spec if it names the planner's class, else the planner's own name. Raises InputError where the record
-    would be wrong: settings or a VLM that the planner never got, and another planner's name.
+    It is `spec` if that names the planner's class, else the planner's own name. Raises InputError if the record would
+    be
+    wrong: settings or a VLM that the planner never got, or another planner's name.
     """
     cls, name = type(planner), TASK_PLANNERS.traits(planner).name
     if not isinstance(name, str) or not name.strip() or not name.isprintable():
@@ -159,7 +164,7 @@ def spec_of_object(spec: PlannerSpec, planner: TaskPlanner) -> PlannerSpec:
 
 
 def refuse_simulated(name: str) -> None:
-    """Raise InputError for a planner that only a simulated trial can have, and name the command."""
+    """Raise InputError, naming the command, for a planner that needs a simulated trial."""
     if name == "human":
         raise InputError(f"{name} needs the simulation: torc human")
     if name in part_paths(TASK_PLANNERS) and TASK_PLANNERS.traits(load_planner(name)).privileged:

@@ -12,7 +12,7 @@ from torc.records import OcclusionVolume, PickOutcome, PickResult, SegmentedScen
 
 
 def stage_rng(seed: int, pick: int, stage: str) -> np.random.Generator:
-    """Generator for one stage of one pick.
+    """Return the generator for one stage of one pick.
 
     Streams are independent of each other, so a stage that draws more numbers changes no other stage.
     """
@@ -26,15 +26,18 @@ class EndReason(StrEnum):
     BUDGET_SPENT = "budget spent"
     TARGET_LOST = "target lost"
     WRONG_OBJECT = "wrong object"
-    """The robot brought something else and took it for the target."""
+    """The robot delivered something else and took it for the target."""
     NOTHING_LEFT = "nothing left to try"
     GAVE_UP = "gave up"
 
 
 @dataclass(frozen=True)
 class EpisodeState:
-    """All that an episode knows between two picks; with the state of the world it decides all that can follow. Volume
-    and scene are of the latest look. Outcomes are as they were; planners are told what the robot felt of them.
+    """Everything that an episode knows between two picks; with the state of the world it decides all that follows.
+
+    Attributes:
+        volume, scene: from the latest look.
+        outcomes: the true ones; planners receive what the robot felt.
     """
 
     volume: OcclusionVolume
@@ -44,17 +47,17 @@ class EpisodeState:
 
     @property
     def pick(self) -> int:
-        """Number of the pick that comes next, counted from 0."""
+        """Number of the next pick, counted from 0."""
         return len(self.outcomes)
 
     @property
     def dropped(self) -> tuple[int, ...]:
-        """Ids of the objects other than the target that fell off the table so far."""
+        """Ids of the objects other than the target that have fallen off the table."""
         return tuple(k for outcome in self.outcomes for k in outcome.dropped)
 
     @property
     def end(self) -> EndReason | None:
-        """Why the latest pick ended the episode, or None: it goes on."""
+        """Why the latest pick ended the episode; None while it goes on."""
         if not self.outcomes:
             return None
         if self.outcomes[-1].target_lost:
@@ -65,5 +68,5 @@ class EpisodeState:
 
 
 def first_state(grid: VoxelGrid) -> EpisodeState:
-    """Before the first look: nothing seen, nothing tried."""
+    """Return the state before the first look: nothing seen, nothing tried."""
     return EpisodeState(empty_volume(grid))

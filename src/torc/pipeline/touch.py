@@ -1,8 +1,8 @@
-"""What the fingers touched where nothing was seen.
+"""Remember what the fingers touched where nothing was seen.
 
-An approach that ends in an unexpected contact says that something is where a fingertip is. As a rule that is the back
-of the object, which nobody saw, and which reaches further than it was taken to. The end of such a finger counts as
-felt points of the object for as long as that lies where it was, for grasp planners to go around.
+An approach that ends in an unexpected contact means that something is where a fingertip is. Usually that is the
+unseen back of the object, which reaches further than assumed. The end of that finger counts as felt points of the
+object while it stays where it was, so that grasp planners avoid it.
 """
 
 from dataclasses import replace
@@ -18,16 +18,17 @@ from torc.robots.gripper import GripperDescription
 from torc.robots.kinematics import tcp_pose
 
 _SPACING_M = 0.003
-"""Distance of touched points: closer than those that grasp planners thin clouds out to."""
+"""Distance of touched points: finer than grasp planners thin clouds out to."""
 _INSIDE_M = 0.004
-"""They lie this far inside what was touched, so that voxels that were seen up to its surface do not deny them."""
+"""Touched points lie this far inside the surface, so that voxels seen up to it do not rule them out."""
 
 
 def touched_points(
     touch: Touch | None, robot: RobotDescription, volume: OcclusionVolume
 ) -> Float[np.ndarray, "n 3"]:
-    """Points on the end of the finger that touched something, as far as they lie where nothing was seen to be free;
-    world frame. That finger is the one of which more does: no arm feels which one it was.
+    """Return points on the end of the finger that touched something, where nothing was seen to be free; world frame.
+
+    The finger is the one with more of these points: no arm feels which one it was.
     """
     if touch is None:
         return np.zeros((0, 3))
@@ -42,7 +43,7 @@ def touched_points(
 def finger_ends(
     T_world_tcp: Pose, gripper: GripperDescription, width_m: float
 ) -> list[Float[np.ndarray, "n 3"]]:
-    """A grid of points on the face with which each of the two fingers arrives, world frame."""
+    """Return a grid of points on the leading face of each of the two fingers, world frame."""
     ends = []
     for box in gripper.finger_boxes(width_m):
         x, y = (
@@ -56,7 +57,7 @@ def finger_ends(
 
 
 def with_touched(scene: SegmentedScene, failed: tuple[FailedGrasp, ...]) -> SegmentedScene:
-    """The scene as seen and felt, by the failures that still tell something."""
+    """Return the scene as seen and felt, given the failures that still count."""
     touched = [(f.object_id, f.touched.astype(np.float32)) for f in failed if len(f.touched)]
     if not touched:
         return scene

@@ -1,7 +1,8 @@
-"""Kernels are compiled at their first use (a few minutes in all on a slow machine) and cached on disk by numba.
+"""Run every numerical kernel once, ahead of time.
 
-A rehearsal uses every kernel of the given parts once, on a made-up snapshot, so that no compilation, and no loading
-of what is compiled, counts as planning time later. It is short where all is cached.
+Kernels are compiled at their first use (a few minutes in all on a slow machine) and cached on disk by numba. A
+rehearsal runs every kernel of the given parts once on a made-up snapshot, so that neither compilation nor loading
+counts as planning time later. It is short if everything is cached.
 """
 
 import sys
@@ -26,13 +27,13 @@ MESSAGE = "Compiling numerical kernels: a minute or more, once; they are cached 
 
 
 def announced_compilation(say: Callable[[str], None] | None = None) -> AbstractContextManager[None]:
-    """Say MESSAGE as soon as something has to be compiled within; on stderr by default."""
+    """Say MESSAGE as soon as something has to be compiled in the block; on stderr by default."""
     say = say or (lambda text: print(text, file=sys.stderr, flush=True))
     return event.install_listener("numba:compile", _Announcer(say))
 
 
 class _Announcer(event.Listener):
-    """Speaks once."""
+    """Says its message once."""
 
     def __init__(self, say: Callable[[str], None]) -> None:
         self.say, self.silent = say, True
@@ -47,20 +48,20 @@ class _Announcer(event.Listener):
 
 
 def kernel_cache() -> tuple[Path, bool]:
-    """Where numba keeps what it compiled of torc, and whether there is something yet."""
+    """Return where numba caches torc's kernels, and whether anything is there yet."""
     path = Path(contacts_batch.stats.cache_path or ".")
     return path, any(path.glob("contact_kernels.contacts_batch-*.nbi"))
 
 
 def rehearse_look(pipeline: Pipeline, qpos: Float[np.ndarray, "dof"] | None = None) -> Look:
-    """Two looks at two small boxes, one of which moves in between; the second look. `qpos` is where the arm is."""
+    """Look twice at two small boxes, one of which moves in between; return the second look. `qpos` is the arm's."""
     qpos = np.zeros(0) if qpos is None else qpos
     look = pipeline.look(_snapshot(pipeline.workspace, 50, qpos))
     return pipeline.look(_snapshot(pipeline.workspace, 95, qpos), EpisodeState(look.context.volume))
 
 
 def _snapshot(workspace: Workspace, column: int, qpos: np.ndarray) -> Observation:
-    """Two boxes on the table from 0.8 m straight above its grid's middle; one at an image column."""
+    """Make a snapshot of two boxes on the table from 0.8 m straight above its grid's middle; one at an image column."""
     height, width, focal, above = 120, 160, 200.0, 0.8
     depth_m = np.full((height, width), above, dtype=np.float32)
     label = np.full((height, width), BACKGROUND, dtype=np.int16)

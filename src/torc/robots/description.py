@@ -1,4 +1,4 @@
-"""What the rest of the system knows about a robot: numbers only, derived from an MJCF file and a YAML beside it."""
+"""Describe a robot to the rest of the system: numbers only, derived from an MJCF file and a YAML beside it."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -45,7 +45,8 @@ class SphereModel:
     """The moving robot as spheres, for batched collision checks.
 
     Attributes:
-        link: per sphere what it moves with: 0..dof-1 the link of that joint, dof the gripper's body (tool0 frame),
+        link: the link that each sphere moves with: 0..dof-1 the link of that joint, dof the gripper's body (tool0
+            frame),
             dof+1 / dof+2 the finger at -x / +x.
         centers: in that link's frame; a finger's in the TCP frame at the current opening as if the opening were 0,
             to be shifted along x by -/+ half the opening.
@@ -62,7 +63,7 @@ class SphereModel:
 
 @dataclass(frozen=True)
 class RobotDescription:
-    """A robot: arm, gripper, shape, and the names to find them by in the MJCF.
+    """A robot: arm, gripper, shape, and their names in the MJCF.
 
     Attributes:
         static_spheres: x, y, z, radius in the world frame, of the parts that do not move.
@@ -73,7 +74,7 @@ class RobotDescription:
         gripper_body_name: the body that carries the fingers; its subtree is the whole gripper.
         pad_geom_names, tip_site_names: of the finger at -x and at +x; tips are in the middle of a pad's distal edge.
         root_body_names: the bodies at the root of the MJCF; their subtrees are the whole robot.
-        source: fingerprint of what is in its files.
+        source: fingerprint of the content of its files.
     """
 
     name: str

@@ -1,5 +1,6 @@
-"""Carrying out a planned pick, on any hardware: open, free motion, guarded approach, close, lift, transfer, open, home.
-Whatever stops a motion, the arm backs off along the way it came (known to be free) and ends at rest if it can.
+"""Carry out a planned pick on any hardware: open, free motion, guarded approach, close, lift, transfer, open, home.
+
+Whatever stops a motion, the arm backs off along the path it came (known to be free) and ends at rest if it can.
 """
 
 from collections.abc import Callable
@@ -20,10 +21,11 @@ class ExecutionConfig:
     Attributes:
         free_guard, approach_guard: when these motions stop on contact; None: never.
         carry_guard: of lift, transfer and home, during which something may be in the hand.
-        retreat_guard: of the ways back.
+        retreat_guard: of the motions back.
         bend_rad: a free motion is bent to start where the arm is if that is within this of its planned start, in every
-            joint; else it is passed on as it was planned, and a real arm's supervisor refuses it. Later motions are
-            bent by as much as the arm may have fallen short of the one before.
+            joint; otherwise it is passed on as planned, and a real arm's supervisor refuses it. Later motions are bent
+            by
+            as much as the arm may have fallen short of the one before.
         close_within_rad: an approach stopped by contact this close to the grasp, in every joint, still closes the
             gripper: about two centimetres, as in the trials that the grasp score learns from.
         goal_slack_rad: a motion that ends this close to its goal counts as arrived.
@@ -40,7 +42,7 @@ class ExecutionConfig:
 
 
 _START_SLACK_RAD = 0.01
-"""A motion whose start is further than this from where the arm is, is bent to start there."""
+"""A motion that starts further than this from the arm's position is bent to start there."""
 
 
 class Phase(StrEnum):
@@ -59,9 +61,7 @@ class Phase(StrEnum):
 
 @dataclass(frozen=True)
 class PhaseTrace:
-    """One step: the commanded motion of the arm, or the commanded opening of the gripper (0 for closing), and what came
-    of it.
-    """
+    """One step: the commanded motion of the arm, or opening of the gripper (0 for closing), and its outcome."""
 
     phase: Phase
     trajectory: Trajectory | None
@@ -78,7 +78,7 @@ class ExecutionTrace:
     """One pick as it went.
 
     Attributes:
-        result: by the gripper's feeling.
+        result: as the gripper felt it.
         delivered: it still held over the bin, and let go there.
         at_home: the arm ended where it should wait: the end of `home`, or the start of `free`.
         touch: where an unexpected contact ended the approach, if one did.
@@ -101,8 +101,14 @@ def execute_pick(
     on_phase: Callable[[PhaseTrace], None] | None = None,
     is_target: Callable[[], bool] | None = None,
 ) -> ExecutionTrace:
-    """Carry out one pick; returns when the arm rests at home again, or where it could get no further. `is_target` is
-    asked after a lift with something in the hand; without it, the plan's object id tells.
+    """Carry out one pick; return when the arm rests at home again, or can get no further.
+
+    Args:
+        arm, gripper: the hardware.
+        plan: the pick.
+        config: guards and tolerances.
+        on_phase: called after each step.
+        is_target: called after a lift with something in the hand; without it, the plan's object id decides.
     """
     run = _Run(arm, gripper, plan, config or ExecutionConfig(), on_phase)
     run.open(Phase.OPEN)
@@ -119,14 +125,16 @@ def execute_pick(
     if run.held_after_lift and is_target is not None:
         target = is_target()
     if not run.follow(Phase.TRANSFER, plan.transfer, run.config.carry_guard):
-        # Put it back where it stood. Where the arm cannot get there it stops: letting go high up would drop the
-        # object, and from off its path the arm must not leap on to an earlier one.
+        # Put it back where it stood. If the arm cannot get there it stops: letting go high up would drop the object,
+        # and off
+        # its path the arm must not jump to an earlier one.
         if not run.retreat(2):
             return run.trace(PickResult.STOPPED, False, run.why("transfer"))
         run.open(Phase.RELEASE)
         return run.give_up("transfer")
-    # An empty hand goes over the bin, too. That way is known to be free, while back down into the clutter the fingers
-    # could land on what the failed grasp has moved, and press it against the table.
+    # An empty hand goes over the bin, too. That path is known to be free, while back down in the clutter the fingers
+    # could
+    # land on what the failed grasp has moved, and press it against the table.
     still = run.gripper.state.holding
     run.open(Phase.RELEASE)
     home = run.follow(Phase.HOME, run.plan.home, run.config.carry_guard)
@@ -141,8 +149,9 @@ def execute_pick(
 def reverse(
     trajectory: Trajectory, qpos: Float[np.ndarray, "dof"], slowdown: float = 1.5, ramp_s: float = 0.2
 ) -> Trajectory | None:
-    """The way back to the start of a trajectory from rest at `qpos`, near where the arm stopped; None if it is at the
-    start already. Its speed rises over ramp_s to 1 / slowdown of the way there.
+    """Return the motion back to the start of a trajectory from rest at `qpos`, near where the arm stopped.
+
+    None if it is at the start already. Its speed rises over ramp_s to 1 / slowdown of the original.
     """
     nearest = int(np.argmin(np.linalg.norm(trajectory.qpos - qpos, axis=1)))
     if nearest == 0:
@@ -159,7 +168,7 @@ def reverse(
 
 
 def starting_from(trajectory: Trajectory, qpos: Float[np.ndarray, "dof"]) -> Trajectory:
-    """The trajectory bent so that it starts at qpos and ends where it did; the offset fades out over its duration."""
+    """Bend the trajectory to start at qpos and end where it did; the offset fades out over its duration."""
     s = trajectory.times_s / trajectory.duration_s
     fade, rate = 1.0 - s * s * (3.0 - 2.0 * s), -6.0 * s * (1.0 - s) / trajectory.duration_s
     offset = qpos - trajectory.qpos[0]
@@ -168,7 +177,7 @@ def starting_from(trajectory: Trajectory, qpos: Float[np.ndarray, "dof"]) -> Tra
 
 
 class _Run:
-    """A pick in progress: commands go through here and are written down."""
+    """A pick in progress: issues and records all commands."""
 
     def __init__(
         self,
@@ -184,7 +193,7 @@ class _Run:
         self.held_after_lift = self.delivered = False
 
     def open(self, phase: Phase) -> None:
-        """Open the gripper as far as it goes."""
+        """Open the gripper fully."""
         width_m = self.gripper.max_width_m
         state = self.gripper.open(width_m)
         self._note(PhaseTrace(phase, None, width_m, True, False, self.arm.qpos, state))
@@ -195,7 +204,7 @@ class _Run:
         self._note(PhaseTrace(Phase.CLOSE, None, 0.0, state.holding, False, self.arm.qpos, state))
 
     def follow(self, phase: Phase, trajectory: Trajectory, guard: ContactGuard | None) -> bool:
-        """Move the arm, from where it really is; whether it arrived."""
+        """Move the arm from its actual position; return whether it arrived."""
         gap_rad = float(np.abs(self.arm.qpos - trajectory.qpos[0]).max())
         if _START_SLACK_RAD < gap_rad <= self._bend_rad(phase):
             trajectory = starting_from(trajectory, self.arm.qpos)
@@ -207,12 +216,12 @@ class _Run:
         return self.config.bend_rad if phase is Phase.FREE else max(short, self.config.bend_rad)
 
     def near_grasp(self) -> bool:
-        """Whether the arm stopped close enough to the grasp to close the gripper all the same."""
+        """Check whether the arm stopped close enough to the grasp to close the gripper anyway."""
         error = np.abs(self.arm.qpos - self.plan.approach.qpos[-1]).max()
         return bool(error <= self.config.close_within_rad)
 
     def retreat(self, motions: int | None = None) -> bool:
-        """Go back along the latest motions, by default along all; whether the arm is where the first of them began."""
+        """Go back along the latest motions, by default all; return whether the arm is where the first of them began."""
         for _ in range(len(self.way) if motions is None else motions):
             back = reverse(self.way.pop(), self.arm.qpos)
             if back is not None and not self._move(Phase.RETREAT, back, self.config.retreat_guard):
@@ -220,12 +229,12 @@ class _Run:
         return True
 
     def give_up(self, what: str, result: PickResult = PickResult.STOPPED) -> ExecutionTrace:
-        """Retreat; the pick ends with that result."""
+        """Retreat, and end the pick with that result."""
         detail = self.why(what)
         return self.trace(result, self.retreat(), detail)
 
     def trace(self, result: PickResult, at_home: bool, detail: str) -> ExecutionTrace:
-        """The record of it all."""
+        """Return the record of the pick."""
         if not at_home:
             detail += "; the arm did not get home"
         guard, touch = self.config.approach_guard, None
@@ -249,7 +258,7 @@ class _Run:
             self.on_phase(step)
 
     def why(self, what: str) -> str:
-        """Which motion ended the pick, and how."""
+        """Return which motion ended the pick, and how."""
         moves = [p for p in self.phases if p.trajectory is not None and not p.reached]
         words = moves[-1].detail if moves else ""
         how = "stopped by contact" if moves and moves[-1].stopped_by_contact else "did not arrive"

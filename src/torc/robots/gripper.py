@@ -1,4 +1,4 @@
-"""A two-finger gripper as numbers: where the TCP is and what the gripper occupies, for any opening."""
+"""Describe a two-finger gripper by numbers: its TCP and what it occupies, for any opening."""
 
 from dataclasses import dataclass
 
@@ -20,16 +20,19 @@ class OrientedBox:
 
 @dataclass(frozen=True)
 class GripperDescription:
-    """A parallel gripper with two fingers. The TCP is midway between the distal ends of the fingertips; x the closing
-    direction, z out of the gripper. Everything is tabulated over the opening.
+    """A parallel gripper with two fingers.
+
+    The TCP is midway between the distal ends of the fingertips; x is the closing direction, z points out of the
+    gripper.
+    Everything is tabulated over the opening.
 
     Attributes:
-        joint_names: the gripper's joints in the MJCF, all of them.
+        joint_names: all of the gripper's joints in the MJCF.
         Ts_tool0_tcp: TCP in the flange's frame, per opening.
         actuator_lengths: length of the actuator's transmission, per opening.
         actuator_ctrl: command at which the actuator rests at that opening.
         finger_boxes_table: centre and half size of the finger at -x and +x, TCP frame, per opening.
-        palm_boxes_table: the same for every other piece.
+        palm_boxes_table: centre and half size of every other piece, likewise.
     """
 
     name: str
@@ -52,37 +55,37 @@ class GripperDescription:
         return Hand(self.max_width_m, float(2 * half_sizes[:, 2].max()))
 
     def T_tool0_tcp(self, width_m: float) -> Pose:
-        """TCP in the flange's frame when the pads are width_m apart. Raises InputError outside 0..max_width_m."""
+        """Return the TCP in the flange's frame with the pads width_m apart. Raises InputError outside 0..max_width_m."""
         return self._at(self.Ts_tool0_tcp, width_m)
 
     def Ts_tool0_tcp_at(self, widths_m: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n 4 4"]:
-        """The same for many openings at once. Raises InputError if one is outside 0..max_width_m."""
+        """Return `T_tool0_tcp` for many openings at once. Raises InputError if one is outside 0..max_width_m."""
         return self._at(self.Ts_tool0_tcp, np.asarray(widths_m, dtype=np.float64))
 
     def qpos(self, width_m: float) -> Float[np.ndarray, "j"]:
-        """Positions of joint_names at that opening."""
+        """Return positions of joint_names at that opening."""
         return self._at(self.joint_qpos, width_m)
 
     def ctrl(self, width_m: float) -> float:
-        """Actuator command that opens (or closes) the gripper to width_m."""
+        """Return the actuator command that opens (or closes) the gripper to width_m."""
         return float(self._at(self.actuator_ctrl, width_m))
 
     def actuator_force(self, grip_force_n: float, width_m: float) -> float:
-        """Actuator force with which each pad presses with grip_force_n, by virtual work: F dw = f dl."""
+        """Return the actuator force with which each pad presses with grip_force_n, by virtual work: F dw = f dl."""
         rates = np.abs(np.gradient(self.widths_m, self.actuator_lengths))
         return float(grip_force_n * self._at(rates, width_m))
 
     def finger_boxes(self, width_m: float) -> tuple[OrientedBox, OrientedBox]:
-        """What the two fingers (pads and blades, to the knuckles) occupy, TCP frame; at -x, then at +x."""
+        """Return what the two fingers (pads and blades, to the knuckles) occupy, TCP frame; at -x, then at +x."""
         left, right = self._at(self.finger_boxes_table, width_m)
         return OrientedBox(*left), OrientedBox(*right)
 
     def palm_boxes(self, width_m: float) -> tuple[OrientedBox, ...]:
-        """What all the rest of the gripper (palm, links, knuckles) occupies, TCP frame."""
+        """Return what the rest of the gripper (palm, links, knuckles) occupies, TCP frame."""
         return tuple(OrientedBox(*box) for box in self._at(self.palm_boxes_table, width_m))
 
     def _at(self, table: np.ndarray, width_m: float | Float[np.ndarray, "n"]) -> np.ndarray:
-        """Linear interpolation in a table; a row per opening if there are several."""
+        """Interpolate linearly in a table; a row per opening if there are several."""
         widths = np.asarray(width_m)
         wrong = ~((widths >= -1e-6) & (widths <= self.max_width_m + 1e-6))
         if wrong.any():

@@ -1,4 +1,4 @@
-"""The gripper's tables, by moving the MJCF's gripper through its travel."""
+"""Build the gripper's tables by moving the MJCF's gripper through its travel."""
 
 from typing import Any
 
@@ -22,7 +22,7 @@ Pieces = tuple[list[list[int]], list[int]]
 
 
 def parse_gripper(model: Model, entry: RobotFile) -> GripperDescription:
-    """The gripper's description. Raises InputError where the MJCF cannot be the gripper that the file describes."""
+    """Return the gripper's description. Raises InputError if the MJCF contradicts the file."""
     gripper = entry.gripper
     joints, pieces = _joints(model, gripper), _pieces(model, gripper)
     first, last = model.m.jnt_range[model.id("joint", gripper.driver_joint)]
@@ -74,7 +74,9 @@ def place_gripper(model: Model, gripper: GripperEntry, angle: float) -> None:
 
 
 def tcp_pose(model: Model, gripper: GripperEntry) -> Pose:
-    """World pose of the TCP at the model's state: origin between the tips, x from one to the other, z as the site's."""
+    """Return the TCP's world pose at the model's state: origin between the tips, x from one to the other, z as the
+    site's.
+    """
     T, other = (model.site_pose(f.tip_site) for f in reversed(gripper.fingers))
     out = T.copy()
     out[:3, 3] = 0.5 * (T[:3, 3] + other[:3, 3])
@@ -82,7 +84,7 @@ def tcp_pose(model: Model, gripper: GripperEntry) -> Pose:
 
 
 def box_in(T_frame_world: Pose, corners: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "2 3"]:
-    """Centre and half size of the bounding box of world points, aligned with a frame."""
+    """Return centre and half size of the bounding box of world points, aligned with a frame."""
     p = corners @ T_frame_world[:3, :3].T + T_frame_world[:3, 3]
     low, high = p.min(axis=0), p.max(axis=0)
     return np.stack([0.5 * (low + high), 0.5 * (high - low)])
@@ -94,7 +96,7 @@ def _joints(model: Model, gripper: GripperEntry) -> list[int]:
 
 
 def _row(model: Model, entry: RobotFile, joints: list[int], pieces: Pieces, angle: float) -> dict[str, Any]:
-    """The tables' entries where the driver joint is at `angle`."""
+    """Return the tables' entries with the driver joint at `angle`."""
     gripper = entry.gripper
     place_gripper(model, gripper, angle)
     tips = [model.site_pose(f.tip_site) for f in gripper.fingers]

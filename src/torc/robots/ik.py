@@ -1,8 +1,8 @@
 """Inverse kinematics: every branch of many poses at once.
 
 Arms of three structures are solved in closed form: spherical-revolute-spherical, with a spherical shoulder and an
-offset wrist, and with three parallel axes; any other by damped least squares from a fixed set of starts. Which of them
-is decided from the description alone.
+offset wrist, and with three parallel axes; any other by damped least squares from a fixed set of starts. The
+description alone decides which.
 """
 
 from collections.abc import Callable
@@ -23,12 +23,13 @@ from torc.robots.ik_srs import detect_srs, srs_ik_kernel
 from torc.robots.kinematics_kernels import jacobian_kernel, link_poses_kernel, pose_error
 
 DISTINCT_RAD = 0.02
-"""Solutions closer than this in every joint count as the same: redundant arms have a continuum of them."""
+"""Solutions closer than this in every joint count as one: redundant arms have a continuum of them."""
 
 
 def start_configurations(arm: ArmDescription, n: int) -> Float[np.ndarray, "n dof"]:
-    """The rest configuration, then points spread evenly over the joint ranges, always the same: a Kronecker sequence on
-    the generalised golden ratio (M. Roberts' R sequence).
+    """Return the rest configuration, then points spread evenly over the joint ranges, always the same.
+
+    A Kronecker sequence on the generalised golden ratio (M. Roberts' R sequence).
     """
     ratio = 2.0
     for _ in range(60):
@@ -45,7 +46,7 @@ def _descend(
     goal: np.ndarray, chain: tuple[Any, ...], lower: np.ndarray, upper: np.ndarray, iterations: int, tolerance: float,
     q: np.ndarray,
 ) -> bool:  # fmt: skip
-    """Improve q in place; whether it reached the goal within the tolerance."""
+    """Improve q in place; return whether it reached the goal within the tolerance."""
     base, parents, axes, tool0 = chain
     dof = q.shape[0]
     Ts, trial_Ts = np.empty((1, dof + 1, 4, 4)), np.empty((1, dof + 1, 4, 4))
@@ -106,9 +107,9 @@ class IkConfig:
     """How inverse kinematics is solved.
 
     Attributes:
-        swivel_angles: what the seventh joint leaves free is tried in so many places per pose (closed form): elbow
-            positions evenly around the circle, or angles of the last joint. More find tighter gaps in clutter and take
-            longer in proportion.
+        swivel_angles: samples per pose of what the seventh joint leaves free (closed form): elbow positions evenly
+            around
+            the circle, or angles of the last joint. More find tighter gaps in clutter and take proportionally longer.
         soft_margin_rad: solutions whose joints are closer than this to a limit are ranked lower, by up to
             `limit_weight` per joint, in units of squared radians from rest.
         starts: numerical solver: starting configurations per pose.
@@ -126,23 +127,26 @@ class IkConfig:
 
 @dataclass(frozen=True)
 class IkSolutions:
-    """Solutions per pose, best first: joint positions, radians, NaN beyond the count, which is 0 where a pose cannot be
-    reached.
+    """Solutions per pose, best first: joint positions, radians, NaN beyond the count, which is 0 for an unreachable
+    pose.
     """
 
     qpos: Float[np.ndarray, "n b dof"]
     count: Int[np.ndarray, "n"]
 
     def of(self, i: int) -> Float[np.ndarray, "m dof"]:
-        """The solutions of pose i."""
+        """Return the solutions of pose i."""
         return self.qpos[i, : self.count[i]]
 
 
 def solve_ik(
     arm: ArmDescription, Ts_world_tool0: Float[np.ndarray, "n 4 4"], config: IkConfig | None = None
 ) -> IkSolutions:
-    """All solutions found for each pose of the flange, within the joint limits, angles 2 pi apart included, by distance
-    from the rest configuration with a penalty near joint limits. Raises InputError if a pose is not a rigid transform.
+    """Return all solutions found for each pose of the flange, within the joint limits, including angles 2 pi apart.
+
+    They are ordered by distance from the rest configuration with a penalty near joint limits. Raises InputError if a
+    pose
+    is not a rigid transform.
     """
     config = config or IkConfig()
     Ts = kernel_array(Ts_world_tool0)
@@ -168,11 +172,11 @@ def _check_poses(Ts: np.ndarray) -> None:
 
 
 Solver = Callable[..., None]
-"""Solves poses (n, 4, 4): takes them, limits and what ranks solutions, and where solutions and counts go."""
+"""Solves poses (n, 4, 4); also given limits, what ranks solutions, and the arrays for solutions and counts."""
 
 
 def closed_form(arm: ArmDescription, config: IkConfig) -> Solver | None:
-    """The solver of the arm's structure; None if it has none of them."""
+    """Return the solver of the arm's structure; None if it has none of them."""
     if (srs := detect_srs(arm)) is not None:
         return lambda Ts, *rest: srs_ik_kernel(Ts, srs, config.swivel_angles, *rest)
     if (offset := detect_offset_wrist(arm)) is not None:

@@ -1,4 +1,4 @@
-"""Closed-form inverse kinematics of 7 joints, shoulder spherical, whose last axis passes by the wrist, as a Panda's.
+"""Closed-form inverse kinematics of 7 joints with a spherical shoulder, whose last axis misses the wrist, as a Panda's.
 
 With axes w0 .. w6, the flange pose T0 at q = 0 and T = e0 e1 .. e6 T0 (product of exponentials), S the shoulder and W
 where axes w4 and w5 meet: the last angle is the free one, sampled (as by He and Liu, "Analytical Inverse Kinematics for
@@ -32,7 +32,7 @@ from torc.robots.ik_subproblems import (
 from torc.robots.kinematics_kernels import rotate_about
 
 FINER = 8
-"""Times as many last angles are tried for a pose that seems out of reach."""
+"""Factor on the number of last angles tried for a pose that seems out of reach."""
 
 OffsetWristStructure = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 """At q = 0, world frame: axes (7, 3), shoulder (3,), a point of the elbow axis (3,), wrist (3,), a point of the last
@@ -40,8 +40,10 @@ axis (3,), inverse flange pose (4, 4)."""
 
 
 def detect_offset_wrist(arm: ArmDescription) -> OffsetWristStructure | None:
-    """The arm's structure, or None: it takes 7 joints, the first three axes meeting in one point, neighbours at right
-    angles, and the fifth meeting the sixth.
+    """Return the arm's structure, or None.
+
+    It takes 7 joints, the first three axes meeting in one point, neighbours at right angles, and the fifth meeting the
+    sixth.
     """
     if arm.dof != 7:
         return None
@@ -58,7 +60,7 @@ def _solve_pose(
     T: np.ndarray, structure: tuple[Any, ...], samples: int, lower: np.ndarray, upper: np.ndarray, rest: np.ndarray,
     solutions: np.ndarray,
 ) -> int:  # fmt: skip
-    """All branches of one pose within the limits into solutions (capacity, 7); how many."""
+    """Write all branches of one pose within the limits to solutions (capacity, 7); return how many."""
     axes, shoulder, elbow, wrist, last, T0_inverse = structure
     work, elbows, swivels, first = np.zeros((6, 3)), np.zeros(2), np.zeros(2), np.zeros((2, 3))
     R, G, R3, Rmin, Rs, turn, M = np.zeros((7, 3, 3))

@@ -1,4 +1,4 @@
-"""Closed-form inverse kinematics of 6 joints of which the second to fourth are parallel, as those of a UR.
+"""Closed-form inverse kinematics of 6 joints with the second to fourth parallel, such as a UR's.
 
 With axes w0 .. w5, the flange pose T0 at q = 0 and T = e0 e1 e2 e3 e4 e5 T0 (product of exponentials), n the direction
 of the parallel axes and P where the last two axes meet:
@@ -35,8 +35,10 @@ ParallelStructure = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
 def detect_parallel(arm: ArmDescription) -> ParallelStructure | None:
-    """The arm's structure, or None: it takes 6 joints, the second to fourth axes parallel, the last two meeting, and
-    all other neighbours at right angles.
+    """Return the arm's structure, or None.
+
+    It takes 6 joints, the second to fourth axes parallel, the last two meeting, and all other neighbours at right
+    angles.
     """
     if arm.dof != 6:
         return None
@@ -54,7 +56,7 @@ def _solve_pose(
     T: np.ndarray, structure: tuple[Any, ...], lower: np.ndarray, upper: np.ndarray, rest: np.ndarray,
     solutions: np.ndarray,
 ) -> int:  # fmt: skip
-    """All branches of one pose within the limits into solutions (capacity, 6); how many."""
+    """Write all branches of one pose within the limits to solutions (capacity, 6); return how many."""
     axes, points, wrist, T0_inverse = structure
     n = axes[1]
     R, R0, R5, R4, turn, M = np.zeros((6, 3, 3))
@@ -75,7 +77,7 @@ def _solve_pose(
             q[0], q[4] = first[a], fifth[b]
             matmul(R0, R, M)
             rotate_about(axes[4], -q[4], R4)
-            # The last joint: rot(w5) M^T n = rot(w4)^-1 n. Where w5 is along n, any will do.
+            # The last joint: rot(w5) M^T n = rot(w4)^-1 n. If w5 is along n, any angle will do.
             for i in range(3):
                 v[i] = M[0, i] * n[0] + M[1, i] * n[1] + M[2, i] * n[2]
             apply(R4, n, x)

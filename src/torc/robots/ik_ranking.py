@@ -1,4 +1,4 @@
-"""What the inverse-kinematics solvers share: angles within limits, and the order of the solutions."""
+"""Shared by the inverse-kinematics solvers: angles within limits, and the order of the solutions."""
 
 import numpy as np
 from numba import njit
@@ -8,7 +8,7 @@ TWO_PI = 2.0 * np.pi
 
 @njit(cache=True)
 def wrap_near(angle: float, lower: float, upper: float, preferred: float) -> float:
-    """The angle modulo 2 pi that lies in the limits, the nearest to `preferred`; NaN if there is none."""
+    """Return the angle modulo 2 pi within the limits that is nearest to `preferred`; NaN if there is none."""
     first = angle + TWO_PI * np.ceil((lower - angle - 1e-12) / TWO_PI)
     best, distance = np.nan, np.inf
     while first <= upper + 1e-12:
@@ -20,7 +20,7 @@ def wrap_near(angle: float, lower: float, upper: float, preferred: float) -> flo
 
 @njit(cache=True)
 def wrap_into_limits(q: np.ndarray, lower: np.ndarray, upper: np.ndarray, preferred: np.ndarray) -> bool:
-    """Turn the angles of q by multiples of 2 pi into the limits, in place; False if one cannot be."""
+    """Turn the angles of q by multiples of 2 pi into the limits, in place; return False if one cannot be."""
     for i in range(q.shape[0]):
         q[i] = wrap_near(q[i], lower[i], upper[i], preferred[i])
         if np.isnan(q[i]):
@@ -30,7 +30,7 @@ def wrap_into_limits(q: np.ndarray, lower: np.ndarray, upper: np.ndarray, prefer
 
 @njit(cache=True)
 def add_turns(lower: np.ndarray, upper: np.ndarray, solutions: np.ndarray, count: int) -> int:
-    """Append the solutions 2 pi away in one or more joints, as far as limits and space allow; the new count."""
+    """Append the solutions 2 pi away in one or more joints, as far as limits and space allow; return the new count."""
     capacity, dof = solutions.shape
     for joint in range(dof):
         for k in range(count):

@@ -29,7 +29,7 @@ from torc.robots.ik_subproblems import (
 from torc.robots.kinematics_kernels import rotate_about
 
 FINER = 8
-"""Times as many swivel angles are tried for a pose that seems out of reach."""
+"""Factor on the number of swivel angles tried for a pose that seems out of reach."""
 
 
 SrsStructure = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
@@ -38,8 +38,10 @@ inverse flange pose (4, 4)."""
 
 
 def detect_srs(arm: ArmDescription) -> SrsStructure | None:
-    """The arm's S-R-S structure, or None: it takes 7 joints, the first three axes meeting in one point and the last
-    three in another, neighbours of each three at right angles.
+    """Return the arm's S-R-S structure, or None.
+
+    It takes 7 joints, the first three axes meeting in one point and the last three in another, neighbours of each three
+    at right angles.
     """
     if arm.dof != 7:
         return None
@@ -56,7 +58,7 @@ def _solve_pose(
     T: np.ndarray, structure: tuple[Any, ...], swivels: int, lower: np.ndarray, upper: np.ndarray, rest: np.ndarray,
     solutions: np.ndarray,
 ) -> int:  # fmt: skip
-    """All branches of one pose within the limits into solutions (capacity, 7); how many."""
+    """Write all branches of one pose within the limits to solutions (capacity, 7); return how many."""
     axes, shoulder, elbow, wrist, T0_inverse = structure
     work, elbows = np.zeros((6, 3)), np.zeros(2)
     R, R3, Rmin, Rs, Rw, turn = np.zeros((6, 3, 3))

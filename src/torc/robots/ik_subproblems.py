@@ -1,4 +1,4 @@
-"""What the closed forms of inverse kinematics are made of: Paden and Kahan's subproblems, as compiled kernels.
+"""The building blocks of closed-form inverse kinematics: Paden and Kahan's subproblems, as compiled kernels.
 
 With the arm's joint axes w0, w1 .. and the flange pose T0 at q = 0, the flange is T = e0 e1 .. T0, each e a turn about
 its axis (product of exponentials). (Murray, Li, Sastry: A Mathematical Introduction to Robotic Manipulation, 3.2.)
@@ -17,14 +17,14 @@ from torc.robots.kinematics_kernels import rotate_about
 def joint_lines(
     arm: ArmDescription,
 ) -> tuple[Float[np.ndarray, "dof 3"], Float[np.ndarray, "dof 3"], Pose]:
-    """The joints' axes at q = 0 in the world frame, a point on each, and the inverse of the flange's pose."""
+    """Return the joints' axes at q = 0 in the world frame, a point on each, and the inverse of the flange's pose."""
     Ts = link_poses(arm, np.zeros((1, arm.dof)))[0]
     axes = np.einsum("kij,kj->ki", Ts[: arm.dof, :3, :3], arm.axes)
     return axes, Ts[: arm.dof, :3, 3].copy(), invert(Ts[arm.dof])
 
 
 def common_point(axes: np.ndarray, points: np.ndarray) -> np.ndarray | None:
-    """The point all lines pass through, or None (least squares of the distances to the lines)."""
+    """Return the point all lines pass through, or None (least squares of the distances to the lines)."""
     projectors = np.eye(3) - axes[:, :, None] * axes[:, None, :]
     p = np.linalg.lstsq(projectors.sum(axis=0), np.einsum("kij,kj->i", projectors, points), rcond=None)[0]
     distances = np.linalg.norm(np.einsum("kij,kj->ki", projectors, p - points), axis=1)
@@ -65,7 +65,7 @@ def matmul_transposed(A: np.ndarray, B: np.ndarray, out: np.ndarray) -> None:
 
 @njit(cache=True)
 def angle_between(v: np.ndarray, u: np.ndarray, axis: np.ndarray, work: np.ndarray) -> float:
-    """Turn about the axis that brings v towards u; 0 if v or u is along the axis (first subproblem)."""
+    """Return the turn about the axis that brings v towards u; 0 if v or u is along the axis (first subproblem)."""
     cross(v, u, work)
     s, c = dot(axis, work), dot(v, u) - dot(axis, v) * dot(axis, u)
     return np.arctan2(s, c) if s * s + c * c > 1e-20 else 0.0
@@ -75,7 +75,9 @@ def angle_between(v: np.ndarray, u: np.ndarray, axis: np.ndarray, work: np.ndarr
 def split_rotation(
     R: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray, out: np.ndarray, work: np.ndarray
 ) -> int:
-    """Angles out (2, 3) with R = rot(a) rot(b) rot(c), a and c at right angles to b; how many solutions."""
+    """Write angles to out (2, 3) with R = rot(a) rot(b) rot(c), a and c at right angles to b; return how many
+    solutions.
+    """
     u, v, w = work[0], work[1], work[2]
     M = work[3:6]
     apply(R, c, u)
@@ -88,7 +90,7 @@ def split_rotation(
         rotate_about(b, out[k, 1], M)
         apply(M, c, v)
         out[k, 0] = angle_between(v, u, a, w)
-        # What remains for c: rot(c) b = rot(b)^T rot(a)^T R b, and rot(b) leaves b as it is.
+        # What remains for c: rot(c) b = rot(b)^T rot(a)^T R b, and rot(b) does not move b.
         apply(R, b, v)
         rotate_about(a, -out[k, 0], M)
         apply(M, v, w)
@@ -100,7 +102,7 @@ def split_rotation(
 
 @njit(cache=True)
 def shortest_rotation(v: np.ndarray, p: np.ndarray, out: np.ndarray, work: np.ndarray) -> None:
-    """The rotation that turns direction v onto direction p about their common normal."""
+    """Write the rotation that turns direction v onto direction p about their common normal."""
     axis = work[0]
     cross(v, p, axis)
     s, c = np.sqrt(dot(axis, axis)), dot(v, p)
@@ -126,7 +128,7 @@ def elbow_angles(
     reach: float,
     out: np.ndarray,
 ) -> int:
-    """Turns of the wrist about the elbow's axis after which it is `reach` from the shoulder; how many (0..2)."""
+    """Write turns of the wrist about the elbow's axis that put it `reach` from the shoulder; return how many (0..2)."""
     w, s = wrist - elbow, shoulder - elbow
     along = dot(axis, w) - dot(axis, s)
     w_flat, s_flat = w - dot(axis, w) * axis, s - dot(axis, s) * axis
@@ -147,7 +149,7 @@ def elbow_angles(
 def turns_to_plane(
     axis: np.ndarray, v: np.ndarray, normal: np.ndarray, distance: float, out: np.ndarray, work: np.ndarray
 ) -> int:
-    """Turns of v about the axis, both unit or not, after which normal . v is `distance`; how many (0..2)."""
+    """Write turns of v about the axis, both unit or not, that make normal . v `distance`; return how many (0..2)."""
     cross(axis, v, work)
     along = dot(axis, v) * dot(normal, axis)
     c, s = dot(normal, v) - along, dot(normal, work)

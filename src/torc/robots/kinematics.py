@@ -9,7 +9,7 @@ from torc.robots.kinematics_kernels import link_poses_kernel
 
 
 def link_poses(arm: ArmDescription, qpos: Float[np.ndarray, "n dof"]) -> Float[np.ndarray, "n links 4 4"]:
-    """World poses of the dof links and, last, of tool0. Raises ValueError for another number of joints."""
+    """Return world poses of the dof links and, last, of tool0. Raises ValueError for another number of joints."""
     q = kernel_array(qpos)
     if q.ndim != 2 or q.shape[1] != arm.dof:
         raise ValueError(f"qpos must be (n, {arm.dof}); it is {np.shape(qpos)}.")
@@ -19,19 +19,21 @@ def link_poses(arm: ArmDescription, qpos: Float[np.ndarray, "n dof"]) -> Float[n
 
 
 def tool0_poses(arm: ArmDescription, qpos: Float[np.ndarray, "n dof"]) -> Float[np.ndarray, "n 4 4"]:
-    """World poses of the flange."""
+    """Return world poses of the flange."""
     return link_poses(arm, qpos)[:, -1]
 
 
 def tcp_pose(robot: RobotDescription, q: Float[np.ndarray, "dof"], width_m: float) -> Pose:
-    """World pose of the TCP of one configuration."""
+    """Return the world pose of the TCP at one configuration."""
     return tool0_poses(robot.arm, np.asarray(q)[None])[0] @ robot.gripper.T_tool0_tcp(width_m)
 
 
 def sphere_centers(
     robot: RobotDescription, qpos: Float[np.ndarray, "n dof"], width_m: Float[np.ndarray, "n"]
 ) -> Float[np.ndarray, "n s 3"]:
-    """World centres of robot.spheres, per configuration and opening; raises InputError for one that there is not."""
+    """Return world centres of robot.spheres, per configuration and opening. Raises InputError for an impossible
+    opening.
+    """
     poses, link = link_poses(robot.arm, qpos), robot.spheres.link
     widths = np.broadcast_to(np.asarray(width_m, dtype=np.float64), len(poses))
     fingers = poses[:, -1] @ robot.gripper.Ts_tool0_tcp_at(widths)

@@ -1,6 +1,7 @@
 """Kinematics as compiled kernels on plain arrays.
 
-Affine 4x4 matrices; their last row is taken as 0 0 0 1. What only reads poses takes them without that row too.
+Affine 4x4 matrices; their last row is assumed to be 0 0 0 1. Kernels that only read poses accept them without that
+row, too.
 """
 
 import numpy as np
@@ -73,7 +74,7 @@ def jacobian_kernel(Ts_link: np.ndarray, axes: np.ndarray, out: np.ndarray) -> N
 
 @njit(cache=True)
 def pose_error(T: np.ndarray, goal: np.ndarray, out: np.ndarray) -> float:
-    """Position and rotation-vector error of T against goal, world frame, into out (6,); its largest entry."""
+    """Write position and rotation-vector error of T against goal, world frame, to out (6,); return its largest entry."""
     for i in range(3):
         out[i] = goal[i, 3] - T[i, 3]
     # Vector part and trace of D = R_goal R^T.
@@ -87,6 +88,6 @@ def pose_error(T: np.ndarray, goal: np.ndarray, out: np.ndarray) -> float:
     scale = 0.5 * np.arctan2(s, c) / s if s > 1e-9 else 0.5
     out[3], out[4], out[5] = scale * x, scale * y, scale * z
     if s <= 1e-9 and c < 0.0:
-        # Half a turn off: the axis is lost, any will do to get away.
+        # Half a turn off: the axis is lost, and any will do to get away.
         out[3] = np.pi
     return np.max(np.abs(out))

@@ -1,4 +1,4 @@
-"""Robots by name or file."""
+"""Load robots by name or file."""
 
 from copy import deepcopy
 from functools import cache
@@ -23,11 +23,11 @@ def load_robot(name_or_path: str | Path = DEFAULT_ROBOT) -> RobotDescription:
     """
     if (path := robot_file(name_or_path)) == Path(name_or_path):
         return parse_robot(path)
-    return deepcopy(_shipped(path))  # its arrays can be written to
+    return deepcopy(_shipped(path))  # its arrays are writable
 
 
 def robot_file(name_or_path: str | Path) -> Path:
-    """The YAML of a shipped robot, or the path that was given. Raises UnknownNameError for neither."""
+    """Return the YAML of a shipped robot, or the given path. Raises UnknownNameError if it is neither."""
     path = Path(name_or_path)
     if path.suffix in {".yaml", ".yml"} and path.is_file():
         return path
@@ -38,12 +38,12 @@ def robot_file(name_or_path: str | Path) -> Path:
 
 
 def own_source(name_or_path: str) -> str:
-    """Fingerprint of what is in a robot's files; "" for robots that come with torc. Raises as `load_robot`."""
+    """Return the fingerprint of a robot's files; "" for shipped robots. Raises as `load_robot`."""
     robot = load_robot(name_or_path)
     return "" if name_or_path in robot_names() else robot.source
 
 
 @cache
 def _shipped(path: Path) -> RobotDescription:
-    """A shipped robot, parsed once per process."""
+    """Parse a shipped robot, once per process."""
     return parse_robot(path)

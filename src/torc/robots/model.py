@@ -1,4 +1,4 @@
-"""A compiled MJCF with look-ups that fail in words."""
+"""A compiled MJCF with look-ups whose errors say what is missing."""
 
 from itertools import product
 from pathlib import Path
@@ -19,7 +19,7 @@ class Model:
         self.path, self.m, self.d = path, m, mujoco.MjData(m)
 
     def id(self, kind: str, name: str) -> int:
-        """Id of a named body, joint, geom, site or actuator. Raises InputError."""
+        """Return the id of a named body, joint, geom, site or actuator. Raises InputError."""
         number = mujoco.mj_name2id(self.m, getattr(mujoco.mjtObj, f"mjOBJ_{kind.upper()}"), name)
         if number < 0:
             raise InputError(f"{self.path} names the {kind} '{name}', which its MJCF does not have.")
@@ -36,25 +36,25 @@ class Model:
         mujoco.mj_transmission(self.m, self.d)
 
     def joint_pose(self, joint: int) -> Pose:
-        """World pose of a joint's frame: its body's axes, at its anchor; moves with the body."""
+        """Return the world pose of a joint's frame: its body's axes, at its anchor; moves with the body."""
         body = int(self.m.jnt_bodyid[joint])
         return self.body_pose(body) @ make_pose(p=self.m.jnt_pos[joint])
 
     def body_pose(self, body: int) -> Pose:
-        """World pose of a body."""
+        """Return the world pose of a body."""
         return make_pose(self.d.xmat[body].reshape(3, 3), self.d.xpos[body])
 
     def geom_pose(self, geom: int) -> Pose:
-        """World pose of a geom."""
+        """Return the world pose of a geom."""
         return make_pose(self.d.geom_xmat[geom].reshape(3, 3), self.d.geom_xpos[geom])
 
     def site_pose(self, name: str) -> Pose:
-        """World pose of a named site. Raises InputError."""
+        """Return the world pose of a named site. Raises InputError."""
         site = self.id("site", name)
         return make_pose(self.d.site_xmat[site].reshape(3, 3), self.d.site_xpos[site])
 
     def ancestors(self, body: int, stop: int = 0) -> list[int]:
-        """The body and its parents, up to and without `stop` (or the world)."""
+        """Return the body and its parents, up to and without `stop` (or the world)."""
         out = []
         while body not in (0, stop):
             out.append(body)
@@ -62,21 +62,21 @@ class Model:
         return out
 
     def subtree(self, body: int) -> list[int]:
-        """The body and all below it."""
+        """Return the body and all below it."""
         return [b for b in range(1, self.m.nbody) if body in self.ancestors(b)]
 
     def collision_geoms(self, body: int) -> list[int]:
-        """Ids of the body's geoms that can collide."""
+        """Return ids of the body's geoms that can collide."""
         first, count = int(self.m.body_geomadr[body]), int(self.m.body_geomnum[body])
         collides = self.m.geom_contype | self.m.geom_conaffinity
         return [g for g in range(first, first + count) if collides[g]]
 
     def kind(self, geom: int) -> str:
-        """A geom's type, e.g. 'capsule'."""
+        """Return a geom's type, e.g. 'capsule'."""
         return mujoco.mjtGeom(int(self.m.geom_type[geom])).name.removeprefix("mjGEOM_").lower()
 
     def box_corners(self, geom: int) -> Float[np.ndarray, "8 3"]:
-        """World corners of a geom's bounding box (aligned with the geom)."""
+        """Return world corners of a geom's bounding box (aligned with the geom)."""
         center, half = self.m.geom_aabb[geom, :3], self.m.geom_aabb[geom, 3:]
         local = center + np.array(list(product((-1, 1), repeat=3))) * half
         return local @ self.d.geom_xmat[geom].reshape(3, 3).T + self.d.geom_xpos[geom]

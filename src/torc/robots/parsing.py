@@ -1,5 +1,7 @@
-"""From a robot file and its MJCF to a RobotDescription: kinematics, limits and shapes are those of the compiled MJCF,
-so that the simulator and the planners can never disagree about the robot.
+"""Turn a robot file and its MJCF into a RobotDescription.
+
+Kinematics, limits and shapes come from the compiled MJCF, so that the simulator and the planners can never disagree
+about the robot.
 """
 
 import hashlib
@@ -26,13 +28,14 @@ from torc.robots.spheres import parse_spheres, static_spheres
 
 _LOG = logging.getLogger("torc.mujoco")
 _NONE_HERE = ("Attaching a spec with an empty prefix", "Attach conflict when attaching")
-"""Beginnings of warnings that are none here: a robot's parts keep their names, as no world is saved as XML; and a robot
-file's options are not the world's."""
+"""Beginnings of harmless warnings: a robot's parts keep their names, as no world is saved as XML; and a robot file's
+options are not the world's.
+"""
 
 
 @contextmanager
 def warnings_in_the_log() -> Iterator[None]:
-    """Within, and for later steps of the simulation, warnings go to Python's log, not into a file that MuJoCo makes."""
+    """Send warnings to Python's log, not to MuJoCo's file, in the block and in later steps of the simulation."""
     mujoco.set_mju_user_warning(_warn)
     with warnings.catch_warnings():
         for text in _NONE_HERE:
@@ -46,11 +49,11 @@ def _warn(text: str) -> None:
 
 
 _WHERE = ("paths", "npaths", "nbuffer")
-"""Of a compiled model, what follows from where the files of its meshes and textures lie."""
+"""Fields of a compiled model that depend on where its mesh and texture files lie."""
 
 
 def parse_robot(path: Path) -> RobotDescription:
-    """Read a robot file. Raises InputError naming the file and what is wrong with it."""
+    """Read a robot file. Raises InputError that names the file and the fault."""
     robot, faults = try_robot(path)
     if listed := "".join(f"\n- {fault}." for of_part in faults.values() for fault in of_part):
         raise InputError(f"The robot of {path} cannot pick:{listed}")
@@ -58,14 +61,15 @@ def parse_robot(path: Path) -> RobotDescription:
 
 
 def try_robot(path: Path) -> tuple[RobotDescription, dict[str, list[str]]]:
-    """Read a robot file and try the robot: what would keep it from picking, for each part; empty lists for a good one.
+    """Read a robot file and try the robot. Return it and what would keep it from picking, by part; empty lists if
+    nothing.
 
-    Raises InputError where the files cannot be read, or contradict the format or each other.
+    Raises InputError if the files cannot be read, or contradict the format or each other.
     """
     entry = read_robot_file(path)
     mjcf_path = (path.parent / entry.mjcf).resolve()
     compiled = compile_mjcf(mjcf_path)
-    source = _source(entry, compiled)  # before it is posed for what is read from it
+    source = _source(entry, compiled)  # before it is posed for reading
     model, m = Model(path, compiled), compiled
     for name in entry.arm.actuators:
         model.id("actuator", name)
@@ -98,7 +102,7 @@ def try_robot(path: Path) -> tuple[RobotDescription, dict[str, list[str]]]:
 
 
 def compile_mjcf(mjcf_path: Path) -> Any:
-    """The compiled model. Raises InputError for a file that is missing, a URDF, or what MuJoCo does not accept."""
+    """Compile an MJCF. Raises InputError if the file is missing, a URDF, or not accepted by MuJoCo."""
     if not mjcf_path.is_file():
         raise InputError(f"There is no MJCF file {mjcf_path}; the robot file's `mjcf` is relative to itself.")
     refuse_urdf(mjcf_path)
@@ -154,7 +158,7 @@ def _check_chain(model: Model, entry: ArmEntry, ids: list[int]) -> None:
 
 
 def _links(model: Model, entry: RobotFile) -> np.ndarray:
-    """Per body the link number of SphereModel; -1 static, -2 a part of the gripper that is neither body nor finger."""
+    """Return, per body, the link number of SphereModel; -1 static, -2 a gripper part other than its body and fingers."""
     m, dof = model.m, len(entry.arm.joints)
     own = {int(m.jnt_bodyid[model.id("joint", n)]): i for i, n in enumerate(entry.arm.joints)}
     own[model.id("body", entry.gripper.body)] = dof
@@ -176,8 +180,9 @@ def _links(model: Model, entry: RobotFile) -> np.ndarray:
 def _checked_links(
     model: Model, entry: RobotFile, links: np.ndarray, dof: int
 ) -> tuple[np.ndarray, tuple[int, ...]]:
-    """Pairs of links that can touch each other, by default all at least two joints apart, the whole gripper being one
-    with its flange; and links that can touch the fixed parts.
+    """Return pairs of links that can touch each other, and links that can touch the fixed parts.
+
+    By default the pairs are all links at least two joints apart, the whole gripper being one with its flange.
     """
 
     def link_of(body_name: str) -> int:
@@ -198,8 +203,10 @@ def _checked_links(
 
 
 def _source(description: RobotFile, model: Any) -> str:
-    """Fingerprint of a robot file, and of all that the MjModel compiled from its MJCF pulls in: included files, meshes,
-    textures. Comments and the names of files do not count.
+    """Return the fingerprint of a robot file, and of everything compiled into its MjModel: included files, meshes,
+    textures.
+
+    Comments and file names do not count.
     """
     digest = hashlib.sha256()
     _take(digest, "", model)
@@ -208,7 +215,7 @@ def _source(description: RobotFile, model: Any) -> str:
 
 
 def _take(digest: Any, name: str, value: Any) -> None:
-    """Take in a number, an array, bytes, or a part of a model with all that is in it."""
+    """Digest a number, an array, bytes, or a part of a model with everything in it."""
     if isinstance(value, (bytes, int, float, np.ndarray)):
         content = value if isinstance(value, bytes) else np.ascontiguousarray(value).tobytes()
         digest.update(f"{name}:{len(content)}:".encode() + content)

@@ -1,4 +1,4 @@
-"""What a robot must be able to do. The simulator, drivers of real hardware and the tests' fakes implement it."""
+"""The protocols of robots. The simulator, drivers of real hardware and the tests' fakes implement them."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from torc.robots.description import RobotDescription
 
 @dataclass(frozen=True)
 class ContactGuard:
-    """When a motion must stop because the robot touches something; what it holds between the pads does not count.
+    """When a motion must stop because the robot touches something; an object held between the pads does not count.
 
     Attributes:
         max_force_n: stop as soon as the contact force on the arm or gripper exceeds this. 40 N stops before a stiff
@@ -37,8 +37,11 @@ class FollowResult:
 
 @dataclass(frozen=True)
 class GripperState:
-    """What the gripper feels: the distance between the pads, and whether something is between them (they stopped on
-    contact before they were closed).
+    """What the gripper feels.
+
+    Attributes:
+        width_m: distance between the pads.
+        holding: something is between them: they stopped on contact before they were closed.
     """
 
     width_m: float
@@ -46,8 +49,9 @@ class GripperState:
 
 
 HeldCheck = Callable[[Observation, float], bool]
-"""Whether what the gripper holds is the target, by a snapshot with the arm at rest after the lift, and by the gripper's
-opening."""
+"""Returns whether the gripper holds the target, given a snapshot with the arm at rest after the lift, and the gripper's
+opening.
+"""
 
 
 @runtime_checkable
@@ -55,7 +59,7 @@ class Camera(Protocol):
     """Takes RGB-D snapshots."""
 
     def capture(self) -> Observation:
-        """One snapshot, now."""
+        """Return one snapshot, taken now."""
 
 
 @runtime_checkable
@@ -67,8 +71,9 @@ class Arm(Protocol):
         """Joint positions now, radians."""
 
     def follow(self, trajectory: Trajectory, guard: ContactGuard | None = None) -> FollowResult:
-        """Move along the trajectory, which starts where the arm is; returns when the arm rests again. Only with a guard
-        the motion stops on contact and backs off by guard.relief_m.
+        """Move along the trajectory, which starts where the arm is; return when the arm rests again.
+
+        Only with a guard the motion stops on contact and backs off by guard.relief_m.
         """
 
 
@@ -81,7 +86,7 @@ class Gripper(Protocol):
         """Largest opening between the pads."""
 
     def open(self, width_m: float) -> GripperState:
-        """Open (or close) the pads to width_m without force; returns when they rest."""
+        """Open (or close) the pads to width_m without force; return when they rest."""
 
     def close(self, force_n: float) -> GripperState:
         """Close until contact or the end of travel, and keep pressing with force_n."""
@@ -93,14 +98,14 @@ class Gripper(Protocol):
 
 @runtime_checkable
 class Robot(Protocol):
-    """All of it: looks, and carries out picks."""
+    """A whole robot: looks, and carries out picks."""
 
     @property
     def description(self) -> RobotDescription:
         """Kinematics and shape."""
 
     def capture(self) -> Observation:
-        """One snapshot with the arm at rest."""
+        """Return one snapshot with the arm at rest."""
 
     def execute(self, plan: PickPlan, is_target: HeldCheck | None = None) -> PickOutcome:
         """Carry out one pick; the arm is at rest again afterwards.

@@ -1,8 +1,8 @@
-"""A robot file is proved before it is used: does each actuator move its own joint, does the gripper close at the upper
-end of its control range, do the fingertips point outward?
+"""Prove a robot file before it is used.
 
-It is tried in a copy of the model, without gravity and contacts. A robot that fails would miss every pick, and nobody
-would know why.
+Does each actuator move its own joint, does the gripper close at the upper end of its control range, do the fingertips
+point outward? This is tried in a copy of the model, without gravity and contacts. A robot that fails would miss every
+pick for no visible reason.
 """
 
 import re
@@ -20,12 +20,12 @@ from torc.robots.kinematics import sphere_centers
 
 _TIMESTEP_S, _STEPS_S, _SETTLES_S = 0.002, 0.5, 3.0
 _LEAST_RAD, _STEP_RAD = 0.02, 0.01
-"""Each joint is commanded by another angle, so that one that follows another joint's command is found out."""
+"""Each joint is commanded to another angle, which exposes one that follows another joint's command."""
 _FOLLOWED = 0.4
 """Share of the command by which a joint may be off: servos are soft."""
 _CLOSED_SHARE = 0.25
 _OUTWARD = 0.5
-"""Cosine between the fingertips' approach direction and the way from the flange to them, at least."""
+"""Least cosine between the fingertips' approach direction and the direction from the flange to them."""
 _CONVERT = (
     "Write its meshes' paths as files, not package://, then convert it: `model = "
     "mujoco.MjModel.from_xml_path('robot.urdf')`, `mujoco.mj_saveLastXML('robot.xml', model)`. Add position actuators "
@@ -35,7 +35,7 @@ _ROOT = re.compile(r"<\s*(?![?!])([\w:.-]+)")
 
 
 def refuse_urdf(mjcf_path: Path) -> None:
-    """Raises InputError if a file that should be an MJCF is a URDF or xacro. What cannot be read is left to MuJoCo."""
+    """Raise InputError if a file that should be an MJCF is a URDF or xacro. Unreadable files are left to MuJoCo."""
     try:
         text = read_text(mjcf_path, "replace")
     except OSError:
@@ -52,20 +52,20 @@ def refuse_urdf(mjcf_path: Path) -> None:
 
 
 def robot_faults(robot: RobotDescription, model: Any) -> dict[str, list[str]]:
-    """Everything that would keep a robot from picking, for each part. The model is left as it is."""
+    """Return everything that would keep a robot from picking, by part. The model is unchanged."""
     world = _world_faults(model)
     return {
         "surroundings": world,
         "arm": _arm_faults(robot, model),
         "gripper": _gripper_faults(robot, model),
         "fingertips": _tip_faults(robot),
-        # A floor of its own would be in everything's way.
+        # Its own floor would be in everything's way.
         "rest": [] if world else _rest_faults(robot),
     }
 
 
 def sags_rad(robot: RobotDescription, model: Any) -> Float[np.ndarray, "n"]:
-    """How far each joint of the arm gives way under the arm's weight, from rest, in half a second."""
+    """Return how far each joint of the arm sags under the arm's weight, from rest, in half a second."""
     data = _posed(robot, model)
     data.ctrl[[model.actuator(name).id for name in robot.arm_actuator_names]] = robot.arm.rest_qpos
     _run(model, data, _STEPS_S, gravity=True)
@@ -121,7 +121,7 @@ def _arm_faults(robot: RobotDescription, m: Any) -> list[str]:
 
 
 def _actuator_fault(m: Any, actuator: int, joint: int) -> str:
-    """Why an actuator is not a position servo of a joint, by its entries; "" if these do not say."""
+    """Return why an actuator is not a position servo of a joint, judged by its entries; "" if they do not say."""
     kinds = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
     other = int(m.actuator_trnid[actuator, 0])
     if int(m.actuator_trntype[actuator]) in kinds and other != joint:
@@ -185,7 +185,7 @@ def _tip_faults(robot: RobotDescription) -> list[str]:
 
 
 def _rest_faults(robot: RobotDescription) -> list[str]:
-    """The first parts that are checked against each other and touch at rest, the gripper open."""
+    """Return the first checked parts that touch at rest with the gripper open."""
     width_m = np.array([robot.gripper.max_width_m])
     centers = sphere_centers(robot, robot.arm.rest_qpos[None], width_m)[0]
     spheres = np.column_stack([centers, robot.spheres.radii])
@@ -207,13 +207,13 @@ def _rest_faults(robot: RobotDescription) -> list[str]:
 
 
 def _touch(a: np.ndarray, b: np.ndarray) -> bool:
-    """Whether any sphere (x, y, z, radius) of one overlaps one of the other."""
+    """Check whether any sphere (x, y, z, radius) of one overlaps one of the other."""
     distance = np.linalg.norm(a[:, None, :3] - b[None, :, :3], axis=2)
     return bool((distance < a[:, None, 3] + b[None, :, 3]).any())
 
 
 def _posed(robot: RobotDescription, m: Any) -> Any:
-    """The model's state with the arm at rest and the gripper open."""
+    """Return the model's state with the arm at rest and the gripper open."""
     data = mujoco.MjData(m)
     gripper, width = robot.gripper, robot.gripper.max_width_m
     for name, q in zip(gripper.joint_names, gripper.qpos(width), strict=True):
@@ -224,13 +224,13 @@ def _posed(robot: RobotDescription, m: Any) -> Any:
 
 
 def _run(m: Any, data: Any, most_s: float, gravity: bool = False) -> None:
-    """Steps without contacts until nothing moves, or the time is over."""
+    """Step without contacts until nothing moves, or the time is over."""
     names = ("disableflags", "integrator", "timestep")
     before = [getattr(m.opt, name) for name in names]
     m.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
     if not gravity:
         m.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
-    # As the simulated world has them, whatever the robot's file says.
+    # As in the simulated world, whatever the robot's file says.
     m.opt.integrator, m.opt.timestep = int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST), _TIMESTEP_S
     try:
         steps = round(_STEPS_S / _TIMESTEP_S)

@@ -14,7 +14,7 @@ MAX_BYTES = 256_000
 Names = Annotated[list[str], Field(min_length=1)]
 Positive = Annotated[Number, Field(gt=0.0)]
 RobotName = Annotated[str, Field(pattern=r"^\w[\w .+-]{0,63}$")]
-"""Short and printable: it gets into problem files and exported data."""
+"""Short and printable: it appears in problem files and exported data."""
 
 
 class _Strict(BaseModel):
@@ -86,5 +86,5 @@ class RobotFile(_Strict):
 
 
 def read_robot_file(path: Path) -> RobotFile:
-    """Read a robot file. Raises InputError naming file and field."""
+    """Read a robot file. Raises InputError that names file and field."""
     return read_yaml_as(RobotFile, path, "robot", MAX_BYTES, f"Compare it with a shipped one: {EXAMPLE}.")

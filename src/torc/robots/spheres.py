@@ -1,4 +1,4 @@
-"""A robot's collision geoms covered by spheres up to `tolerance_m`; collision checks pad them by more than that."""
+"""Cover a robot's collision geoms by spheres up to `tolerance_m`; collision checks pad them by more than that."""
 
 from itertools import product
 
@@ -19,10 +19,11 @@ Spheres = Float[np.ndarray, "n 4"]
 
 
 def cover_geom(kind: str, size: np.ndarray, aabb_half: np.ndarray, tolerance_m: float) -> Spheres:
-    """Spheres of a MuJoCo geom of that size, in its frame; for meshes and ellipsoids: of its bounding box.
+    """Return spheres of a MuJoCo geom of that size, in its frame; for meshes and ellipsoids: of its bounding box.
 
-    A capsule's are so close that notches are at most tolerance_m deep; there is one per slab of a cylinder about as
-    high as it is wide, and one per roughly cubic cell of a box, whose rims or corners stick out by at most tolerance_m.
+    A capsule's are so close that notches are at most tolerance_m deep. A cylinder has one per slab about as high as it
+    is
+    wide, and a box one per roughly cubic cell; their rims or corners stick out by at most tolerance_m.
     """
     if kind == "sphere":
         return np.array([[0.0, 0.0, 0.0, size[0]]])
@@ -55,7 +56,7 @@ def _cover_box(half_size: np.ndarray, tolerance_m: float) -> Spheres:
 def parse_spheres(
     model: Model, entry: RobotFile, arm: ArmDescription, gripper: GripperDescription, links: np.ndarray
 ) -> SphereModel:
-    """Spheres of all that moves. `links`: per body its link number, -1 static, KNUCKLE."""
+    """Return spheres of everything that moves. `links`: per body its link number, -1 static, KNUCKLE."""
     _open(model, entry, gripper, 0.0)
     T_tool0_world = invert(model.site_pose(entry.arm.tool0_site))
     frames = [invert(model.joint_pose(model.id("joint", n))) for n in arm.joint_names]
@@ -73,7 +74,7 @@ def parse_spheres(
 
 
 def static_spheres(model: Model, links: np.ndarray, tolerance_m: float) -> Float[np.ndarray, "k 4"]:
-    """Spheres of all that does not move, world frame."""
+    """Return spheres of everything that does not move, world frame."""
     model.place({})
     geoms = [g for b in range(model.m.nbody) if links[b] == -1 for g in model.collision_geoms(b)]
     return np.concatenate(
@@ -96,7 +97,7 @@ def _geom_spheres(model: Model, geom: int, T_frame_world: Pose, tolerance_m: flo
 def _body_spheres(
     model: Model, entry: RobotFile, body: int, finger: int, T_frame_world: Pose
 ) -> list[np.ndarray]:
-    """Spheres of one body in its link's frame; a finger's pads and blade are covered as one box."""
+    """Return spheres of one body in its link's frame; a finger's pads and blade are covered as one box."""
     tolerance, geoms, out = entry.spheres.tolerance_m, model.collision_geoms(body), []
     if finger >= 0:
         parts = entry.gripper.fingers[finger]
@@ -114,8 +115,9 @@ def _body_spheres(
 def _knuckle_spheres(
     model: Model, entry: RobotFile, arm: ArmDescription, gripper: GripperDescription, links: np.ndarray
 ) -> list[tuple[int, np.ndarray]]:
-    """Spheres of the parts that neither rest in the palm nor move with a finger: with the frame they move least in,
-    enlarged by the remaining travel beyond the tolerance.
+    """Return spheres of the parts that neither rest in the palm nor move with a finger.
+
+    They move with the frame they move least in, enlarged by the remaining travel beyond the tolerance.
     """
     tolerance = entry.spheres.tolerance_m
     geoms = [g for b in range(model.m.nbody) if links[b] == KNUCKLE for g in model.collision_geoms(b)]

@@ -1,4 +1,4 @@
-"""The simulated arm and gripper: servos that follow what they are told, and stop on contact."""
+"""Simulate the arm and gripper: servos that follow commands, and stop on contact."""
 
 import mujoco
 import numpy as np
@@ -12,28 +12,31 @@ from torc.sim.contacts import ContactReader
 from torc.sim.stepping import Stepper
 
 _START_TOLERANCE_RAD = 0.1
-"""A trajectory must start this close to where the arm is."""
+"""A trajectory must start this close to the arm's position."""
 _GOAL_TOLERANCE_RAD = 0.02
 _REST_SPEED_RAD_S, _REST_LIMIT_S = 0.02, 0.4
 _STUCK_RAD = 0.05
-"""An arm that is held up further than this from its goal stays where it is. It would go on pressing, and leap to the
-goal once the way is free, when nobody expects it."""
+"""An arm that is stuck further than this from its goal stays where it is. Otherwise it would keep pressing, and jump to
+the goal unexpectedly once nothing is in its path.
+"""
 _RELIEF_S = 0.12
 _GRIP_LIMIT_S, _GRIP_REST_M_S, _GRIP_HOLD_S = 2.0, 0.002, 0.1
-"""Pads slower than this for so long, in which the grip force builds up, have found their place."""
+"""Pads slower than this for this long, in which the grip force builds up, have stopped."""
 _EMPTY_WIDTH_M = 0.0015
-"""Closed further than this, there is nothing between the pads."""
+"""If the pads are closed further than this, nothing is between them."""
 
 
 GripState = tuple[bool, float]
-"""What a gripper was told last: whether to close, and with which actuator force at most."""
+"""The gripper's latest command: whether to close, and the largest actuator force."""
 
 
 class SimulatedGripper:
     """The `Gripper` of torc.robots.protocols."""
 
     def __init__(self, stepper: Stepper, robot: RobotDescription) -> None:
-        """Raises InputError for a gripper whose actuator has no limits: they tell how to close it, and how hard."""
+        """Take the parts. Raises InputError if the gripper's actuator has no limits: they define how to close it, and
+        how hard.
+        """
         self._stepper, self._gripper = stepper, robot.gripper
         world = stepper.world
         self._actuator = world.model.actuator(robot.gripper_actuator_name).id
@@ -45,7 +48,7 @@ class SimulatedGripper:
         self._tips = [world.model.site(name).id for name in robot.tip_site_names]
         self._base = world.model.body(robot.gripper_body_name).id
         self.closed = False
-        """Whether the latest command was to close: then whatever touches the fingers is gripped."""
+        """True if the latest command was to close: then whatever touches the fingers is gripped."""
 
     @property
     def max_width_m(self) -> float:
@@ -69,19 +72,20 @@ class SimulatedGripper:
         return GripperState(width, self.closed and width > _EMPTY_WIDTH_M)
 
     def open(self, width_m: float) -> GripperState:
-        """Opens to width_m. Raises InputError outside the gripper's range."""
+        """Open to width_m. Raises InputError outside the gripper's range."""
         self.begin_opening(width_m)
         return self._run()
 
     def begin_opening(self, width_m: float) -> None:
-        """As `open`, but returns at once."""
+        """Start opening, and return at once."""
         ctrl = self._gripper.ctrl(width_m)
         self.closed = False
         self._tell(ctrl, self._max_force)
 
     def begin_closing(self, force_n: float) -> None:
-        """As `close`, but returns at once. The lever between motor and pads is that of the width now: tell it again
-        as they close.
+        """Start closing, and return at once.
+
+        The lever between motor and pads is that of the present width: repeat the command as they close.
         """
         self.closed = True
         command = float(self._stepper.world.model.actuator_ctrlrange[self._actuator, 1])
@@ -89,7 +93,7 @@ class SimulatedGripper:
         self._tell(command, min(self._max_force, force))
 
     def close(self, force_n: float) -> GripperState:
-        """Closes until contact and keeps pressing with force_n per pad, as far as the motor can."""
+        """Close until contact and keep pressing with force_n per pad, as far as the motor can."""
         if force_n <= 0:
             raise InputError(f"The grip force must be positive, not {force_n} N.")
         # The lever between motor and pads depends on the width, which is known once they rest on the object.
@@ -99,12 +103,12 @@ class SimulatedGripper:
         return state
 
     def save(self) -> GripState:
-        """What it was told last; the rest is in the world's state."""
+        """Return the latest command; the rest is in the world's state."""
         force = self._stepper.world.model.actuator_forcerange[self._actuator, 1]
         return self.closed, float(force)
 
     def restore(self, state: GripState) -> None:
-        """Be told the same again."""
+        """Repeat a saved command."""
         self.closed, force = state
         self._limit_force(force)
 
@@ -117,7 +121,7 @@ class SimulatedGripper:
         self._stepper.world.data.ctrl[self._actuator] = ctrl
 
     def _run(self) -> GripperState:
-        """Runs until the pads rest."""
+        """Run until the pads rest."""
         elapsed, still = 0.0, 0.0
         chunk = 5 * self._stepper.period_s
         before = self.width_m
@@ -142,7 +146,7 @@ class SimulatedArm:
         self._lower, self._upper = robot.arm.lower, robot.arm.upper
         self._tool0 = model.site(robot.tool0_site_name).id
         self._contacts = ContactReader(stepper.world, robot)
-        # A servo pulls with kp (command - q) - kd qd: leading the command by kd / kp x speed takes its lag away.
+        # A servo pulls with kp (command - q) - kd qd: leading the command by kd / kp x speed removes its lag.
         kp, kd = model.actuator_gainprm[self._actuators, 0], -model.actuator_biasprm[self._actuators, 2]
         self._lead_s = kd / kp
 
@@ -153,15 +157,15 @@ class SimulatedArm:
 
     @property
     def contact_n(self) -> float:
-        """Force at the hardest contact of arm and gripper now, newtons, but for what the closed gripper holds."""
+        """Force at the hardest contact of arm and gripper now, newtons, except what the closed gripper holds."""
         return float(self._contacts.hardest(ignore_gripped=self._gripper.closed)[0])
 
     def command(self, qpos: Float[np.ndarray, "dof"]) -> None:
-        """Tells the servos where to be, and returns at once."""
+        """Command the servos' positions, and return at once."""
         self._stepper.world.data.ctrl[self._actuators] = np.clip(qpos, self._lower, self._upper)
 
     def follow(self, trajectory: Trajectory, guard: ContactGuard | None = None) -> FollowResult:
-        """Moves along the trajectory; with a guard, stops on contact and backs off.
+        """Move along the trajectory; with a guard, stop on contact and back off.
 
         Raises InputError if the trajectory does not start where the arm is, PhysicsError if the simulation broke.
         """
@@ -183,7 +187,7 @@ class SimulatedArm:
         return self._come_to_rest(trajectory.qpos[-1])
 
     def _commands(self, trajectory: Trajectory) -> Float[np.ndarray, "k dof"]:
-        """Servo commands per control period: cubic between the samples, led by the servos' lag."""
+        """Return servo commands per control period: cubic between the samples, led by the servos' lag."""
         from scipy.interpolate import CubicHermiteSpline
 
         count = max(1, int(np.ceil(trajectory.duration_s / self._stepper.period_s - 1e-9)))
@@ -212,7 +216,7 @@ class SimulatedArm:
         return FollowResult(reached, False, self.qpos, detail)
 
     def _back_off(self, path: Float[np.ndarray, "k d"], relief_m: float) -> None:
-        """Back along the path that was really taken, until the flange is relief_m away from where it stopped."""
+        """Go back along the path actually taken, until the flange is relief_m away from where it stopped."""
         distances = np.linalg.norm(path[:, :3] - path[-1, :3], axis=1)
         far = np.flatnonzero(distances >= relief_m)
         target = path[far[-1] if len(far) else 0, 3:]
@@ -223,7 +227,7 @@ class SimulatedArm:
         self._come_to_rest(target)
 
     def _here(self) -> Float[np.ndarray, "d"]:
-        """Flange position (world) and joint positions, now, whether or not somebody rendered in between."""
+        """Return flange position (world) and joint positions, now, whether or not something was rendered in between."""
         data = self._stepper.world.data
         mujoco.mj_kinematics(self._stepper.world.model, data)
         return np.concatenate([data.site_xpos[self._tool0], data.qpos[self._qpos_at]])

@@ -1,4 +1,4 @@
-"""What holds something that must be freed."""
+"""Base class of what holds resources that must be freed."""
 
 from abc import ABC, abstractmethod
 from typing import Self
@@ -9,7 +9,7 @@ class Closing(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Frees what it holds."""
+        """Free what it holds."""
 
     def __enter__(self) -> Self:
         return self

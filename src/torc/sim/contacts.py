@@ -1,4 +1,4 @@
-"""Who touches whom, how hard, and who lies on whom."""
+"""Find who touches whom, how hard, and who lies on whom."""
 
 from dataclasses import dataclass
 
@@ -28,8 +28,9 @@ class ContactReader:
         self._is_gripper: Bool[np.ndarray, g] = np.isin(model.geom_bodyid, gripper)
 
     def hardest(self, ignore_gripped: bool) -> tuple[float, str]:
-        """Force of the one thing that presses hardest on the robot, newtons, and words for it. `ignore_gripped` leaves
-        out contacts between the fingers and any object.
+        """Return the force, newtons, of the one thing that presses hardest on the robot, and words for it.
+
+        `ignore_gripped` leaves out contacts between the fingers and any object.
         """
         contact = self._world.data.contact
         geoms: Int[np.ndarray, "c 2"] = contact.geom
@@ -55,7 +56,7 @@ class ContactReader:
         return float(sums[worst]), f"{part_name} on {other_name}"
 
     def carried(self, heights_before: Float[np.ndarray, "n"], risen_m: float) -> dict[int, bool]:
-        """Objects that are up and touch the gripper, directly (True) or through others that do (False)."""
+        """Return lifted objects that touch the gripper, directly (True) or through others that do (False)."""
         world = self._world
         risen = (world.positions[:, 2] - heights_before > risen_m) & world.present
         geoms = world.data.contact.geom
@@ -71,8 +72,12 @@ class ContactReader:
 
 @dataclass(frozen=True)
 class Overlap:
-    """Two things that are inside each other: how deep (0 or less where nothing touches), their names, and the ids of
-    those that are objects.
+    """Two things that are inside each other.
+
+    Attributes:
+        depth_m: how deep; 0 or less where nothing touches.
+        between: their names.
+        object_ids: ids of those that are objects.
     """
 
     depth_m: float
@@ -81,7 +86,7 @@ class Overlap:
 
 
 def deepest_overlap(world: World) -> Overlap:
-    """The two things in a world that are deepest in each other now; at rest 0.2 to 0.7 mm are normal."""
+    """Return the two things in a world that overlap deepest now; at rest 0.2 to 0.7 mm are normal."""
     world.update_position_stage()
     contact = world.data.contact
     if len(contact.dist) == 0:
@@ -93,16 +98,19 @@ def deepest_overlap(world: World) -> Overlap:
 
 
 def lies_on(world: World) -> frozenset[tuple[int, int]]:
-    """All pairs (upper, lower) of objects in the scene of which the lower bears, by the upward part of the normal
-    forces between the two, a tenth of the upper's weight or more. The world is as before afterwards.
+    """Return all pairs (upper, lower) of objects in the scene where the lower bears the upper.
+
+    It must bear, by the upward part of the normal forces between the two, a tenth of the upper's weight or more. The
+    world
+    is unchanged afterwards.
     """
     state = save_state(world)
-    world.wake()  # between things that sleep there are no forces
+    world.wake()  # between sleeping things there are no forces
     mujoco.mj_forward(world.model, world.data)
     contact, model = world.data.contact, world.model
     labels = world.geom_labels[contact.geom]
     counted = (labels >= 0).all(axis=1) & (labels[:, 0] != labels[:, 1]) & (contact.efc_address >= 0)
-    # A contact's normal points from its first geom to its second, and its force drives the two apart.
+    # A contact's normal points from its first geom to its second, and its force pushes the two apart.
     upward_n = world.data.efc_force[contact.efc_address[counted]] * contact.frame[counted, 2]
     first, second = labels[counted].T
     restore_state(world, state)

@@ -1,5 +1,6 @@
-"""One picture of one object, drawn as a trial draws: `python -m torc.sim.drawing_trial` prints how, or fails as a trial
-would. A process of its own, since a GL library that fails can take the process with it.
+"""Draw one picture of one object as a trial draws: `python -m torc.sim.drawing_trial` prints how, or fails likewise.
+
+It runs in its own process, since a failing GL library can take the process with it.
 """
 
 import subprocess
@@ -11,7 +12,7 @@ _LIMIT_S = 120
 
 
 def try_drawing() -> tuple[str, str]:
-    """The backend with which a picture could be drawn, and ""; or "" and why none could."""
+    """Return the backend that could draw a picture, and ""; or "" and why none could."""
     command = [sys.executable, "-P", "-m", "torc.sim.drawing_trial"]
     try:
         done = subprocess.run(command, capture_output=True, text=True, errors="replace", timeout=_LIMIT_S)
@@ -24,7 +25,7 @@ def try_drawing() -> tuple[str, str]:
 
 
 def _draw() -> str:
-    """The backend that was used. Raises RuntimeError if the object is not in its picture."""
+    """Draw, and return the backend used. Raises RuntimeError if the object is not in its picture."""
     import numpy as np
 
     from torc.objects.library import load_object

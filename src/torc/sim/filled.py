@@ -1,4 +1,4 @@
-"""Which voxels of the watched region the objects fill: what nobody else can be in."""
+"""Find the voxels of the watched region that the objects fill, where nothing else can be."""
 
 import numpy as np
 from jaxtyping import Bool
@@ -8,7 +8,7 @@ from torc.sim.simulated_world import World
 
 
 def filled_voxels(world: World) -> Bool[np.ndarray, "nx ny nz"]:
-    """The voxels of the watched region whose middles lie within the objects that are there."""
+    """Return the voxels of the watched region whose middles lie within the objects present."""
     grid = world.workspace.grid
     full = np.zeros(grid.shape, dtype=bool)
     for i in np.flatnonzero(world.present):

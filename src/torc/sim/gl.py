@@ -1,5 +1,7 @@
-"""Which way of rendering this machine offers. MuJoCo chooses its GL library when it is imported, from MUJOCO_GL, and
-fails there if that library is missing; torc never sets that variable, and makes its contexts itself.
+"""Choose a way of rendering that this machine offers.
+
+MuJoCo chooses its GL library when it is imported, from MUJOCO_GL, and fails there if that library is missing; torc
+never sets that variable, and makes its contexts itself.
 """
 
 import os
@@ -20,8 +22,11 @@ _REMEDY = "apt-get install libegl1 libopengl0 libgl1-mesa-dri   (or: apt-get ins
 
 @cache
 def gl_backend() -> str:
-    """The way this process renders: MUJOCO_GL where it is set ("off" means rays), else the first of EGL and OSMesa that
-    works, else rays. Raises InputError if MUJOCO_GL names something else.
+    """Return how this process renders.
+
+    It is MUJOCO_GL if set ("off" means rays), else the first of EGL and OSMesa that works, else rays. Raises InputError
+    if
+    MUJOCO_GL names something else.
     """
     wanted = os.environ.get("MUJOCO_GL", "").lower().strip()
     if wanted in ("disable", "disabled", "off", "false", "0"):
@@ -36,8 +41,9 @@ def gl_backend() -> str:
 
 
 def make_context(backend: str, width: int, height: int) -> Any:
-    """A GL context for images up to that size, pixels; with make_current() and free(). Raises MissingDependencyError if
-    the library is missing or has no device.
+    """Make a GL context for images up to that size, pixels; with make_current() and free().
+
+    Raises MissingDependencyError if the library is missing or has no device.
     """
     try:
         return import_module(f"mujoco.{backend}").GLContext(width, height)
@@ -46,7 +52,7 @@ def make_context(backend: str, width: int, height: int) -> Any:
 
 
 class _Spare(threading.local):
-    """Contexts that nobody uses. Each belongs to the thread that used it."""
+    """Unused contexts. Each belongs to the thread that used it."""
 
     def __init__(self) -> None:
         self.contexts: dict[tuple[str, int, int], list[Any]] = {}
@@ -57,13 +63,15 @@ _MOST_SPARE = 4
 
 
 def borrow_context(backend: str, width: int, height: int) -> Any:
-    """As `make_context`, but one that was returned in this thread before, if there is one: its shaders are compiled."""
+    """Return a context that was returned in this thread, whose shaders are compiled, else a new one from
+    `make_context`.
+    """
     spare = _spare.contexts.get((backend, width, height))
     return spare.pop() if spare else make_context(backend, width, height)
 
 
 def return_context(context: Any, backend: str, width: int, height: int) -> None:
-    """Keep a context for the next that is borrowed in this thread; free it if enough are kept."""
+    """Keep a context for the next borrower in this thread; free it if enough are kept."""
     spare = _spare.contexts.setdefault((backend, width, height), [])
     if len(spare) < _MOST_SPARE:
         spare.append(context)
@@ -72,6 +80,6 @@ def return_context(context: Any, backend: str, width: int, height: int) -> None:
 
 
 def _works(backend: str) -> bool:
-    """Whether a context can be made, tried in another process: a library that fails can be left for no other one."""
+    """Check whether a context can be made, in another process: a library that fails cannot be exchanged for another."""
     code = f"from mujoco.{backend} import GLContext; GLContext(1, 1)"
     return subprocess.run([sys.executable, "-P", "-c", code], capture_output=True).returncode == 0

@@ -1,4 +1,4 @@
-"""Single objects, each alone on the table: a portrait that fills the picture; whether it stands where it is put."""
+"""Draw single objects, each alone on the table, as portraits that fill the picture; check that they stand."""
 
 import mujoco
 import numpy as np
@@ -21,8 +21,9 @@ from torc.workspace.workspace_files import load_workspace
 
 _FOV_RAD = 0.5
 _AZIMUTH_RAD = (0.18, 0.06)
-"""How far the camera stands to the right of the front of a box, whose side shows then, and of other things, whose
-labels go around them."""
+"""How far the camera stands to the right of the front: of a box, to show its side, and of other things, whose labels go
+around them.
+"""
 _FILL = 0.86
 """Share of the picture that the object fills."""
 _SUPERSAMPLING = 2
@@ -31,8 +32,9 @@ _STEADY_RAD, _STEADY_M = float(np.deg2rad(8.0)), 0.02
 
 
 def portrait(model: ObjectModel, width: int = 300, height: int = 250) -> UInt8[np.ndarray, "h w 3"]:
-    """The object in its natural pose on the table, as the simulator draws it. Raises InputError for a model that MuJoCo
-    does not accept.
+    """Draw the object in its natural pose on the table, as the simulator does.
+
+    Raises InputError for a model that MuJoCo does not accept.
     """
     world = _alone(model, above_m=0.0, config=WorldConfig(shadow_size=2048))
     _focus_shadow(world, _standing_at(model))
@@ -45,8 +47,9 @@ def portrait(model: ObjectModel, width: int = 300, height: int = 250) -> UInt8[n
 def turn_table(
     model: ObjectModel, sides: int = 4, side_px: int = 200
 ) -> tuple[UInt8[np.ndarray, "h w 4"], ...]:
-    """Pictures of the object in its natural pose from all around, RGBA: the fourth channel is 255 where it shows, 0
-    elsewhere. Raises as `portrait`.
+    """Draw the object in its natural pose from all around, RGBA: the fourth channel is 255 where it shows, 0 elsewhere.
+
+    Raises as `portrait`.
     """
     world = _alone(model, above_m=0.0, config=WorldConfig())
     center = _standing_at(model)
@@ -61,20 +64,21 @@ def turn_table(
 
 
 def size_by_ruler(model: ObjectModel) -> Extent:
-    """How large the object is, as a ruler tells."""
+    """Return the size of the object as a ruler measures it."""
     return extent(np.concatenate([mesh.vertices for mesh in model.visuals]))
 
 
 def turned_about(mount: CameraMount, center: Float[np.ndarray, "3"], angle_rad: float) -> Pose:
-    """The camera's pose after it went round a vertical axis through a point."""
+    """Return the camera's pose after it moved round a vertical axis through a point."""
     R = rotation_about((0, 0, 1), angle_rad)
     T = mount.T_world_camera
     return make_pose(R @ T[:3, :3], center + R @ (T[:3, 3] - center))
 
 
 def stands(model: ObjectModel) -> bool:
-    """Whether the object, set 1 mm above the table, neither falls over nor rolls away within a second. Raises
-    InputError if MuJoCo does not accept it, and PhysicsError.
+    """Check whether the object, set 1 mm above the table, neither falls over nor rolls away within a second.
+
+    Raises InputError if MuJoCo does not accept it, and PhysicsError.
     """
     world = _alone(model, above_m=0.001, config=WorldConfig())
     before = world.positions[0]
@@ -85,7 +89,9 @@ def stands(model: ObjectModel) -> bool:
 
 
 def portrait_camera(model: ObjectModel, width: int, height: int) -> CameraMount:
-    """The camera of a portrait: in front of the object, a little to the right; the flatter it is, the further above."""
+    """Return the camera of a portrait: in front of the object, a little to the right; further above for flatter
+    objects.
+    """
     depth, breadth, tall = model.size_m
     elevation = np.interp(tall / max(depth, breadth), [0.1, 0.6, 1.5], [0.95, 0.70, 0.45])
     azimuth = _AZIMUTH_RAD[0 if model.pieces[0].kind == "box" else 1]
@@ -96,7 +102,7 @@ def portrait_camera(model: ObjectModel, width: int, height: int) -> CameraMount:
     points = np.concatenate([mesh.vertices for mesh in model.visuals])
     half_height = np.tan(_FOV_RAD / 2) * _FILL
     half_width = half_height * width / height
-    # How far away the camera must be for each point to be within the picture, upright and level.
+    # The distance at which the camera, upright and level, has each point within the picture.
     nearer = points @ toward
     needs = [np.abs(points @ up) / half_height + nearer, np.abs(points @ right) / half_width + nearer]
     center = _standing_at(model)
@@ -104,7 +110,7 @@ def portrait_camera(model: ObjectModel, width: int, height: int) -> CameraMount:
 
 
 def _alone(model: ObjectModel, above_m: float, config: WorldConfig) -> World:
-    """The object in its natural pose in the middle of the table, or a little above it."""
+    """Build a world with the object in its natural pose in the middle of the table, or a little above it."""
     x, y, z = (float(v) for v in _standing_at(model))
     placement = ObjectPlacement("thing", model.name, (x, y, z + above_m), (1.0, 0.0, 0.0, 0.0))
     problem = Problem("alone", "structured", "", "thing", (placement,))
@@ -112,28 +118,30 @@ def _alone(model: ObjectModel, above_m: float, config: WorldConfig) -> World:
 
 
 def _standing_at(model: ObjectModel) -> Float[np.ndarray, "3"]:
-    """Where the object's frame is: in the middle of the table."""
+    """Return the position of the object's frame: in the middle of the table."""
     workspace = load_workspace()
     x, y, _ = workspace.table.center
     return np.array([x, y, workspace.support_z_m + model.size_m[2] / 2])
 
 
 def _focus_shadow(world: World, center: Float[np.ndarray, "3"]) -> None:
-    """Spends the shadow map on the surroundings of the object alone: sharp edges, no speckles."""
+    """Limit the shadow map to the object's surroundings: sharp edges, no speckles."""
     light = world.model.light("key_light")
     light.pos[:] = center - 2.0 * light.dir
     world.model.vis.map.shadowclip = _SHADOW_REACH_M / world.model.stat.extent
 
 
 _ROBOT_EYE_M, _ROBOT_FOV_RAD = (1.6, -2.0, 1.3), 0.85
-"""Where the camera stands, from the middle between the table and the robot's base."""
+"""Position of the camera, relative to the middle between the table and the robot's base."""
 _ROBOT_WIDTH_PX, _ROBOT_HEIGHT_PX = 960, 720
 _ON_THE_TABLE = "mug_red"
 
 
 def robot_portrait(robot: RobotDescription, workspace: Workspace) -> UInt8[np.ndarray, "h w 3"]:
-    """The robot as the simulator has it, and a mug on the table for its size. A robot without anything visible shows
-    what collides. Raises InputError if the simulator does not accept the two together.
+    """Draw the robot as simulated, with a mug on the table for scale.
+
+    A robot without visible geoms shows its collision geoms. Raises InputError if the simulator does not accept the two
+    together.
     """
     x, y, _ = workspace.table.center
     model = load_object(_ON_THE_TABLE)

@@ -1,4 +1,4 @@
-"""Rendering without GL: one ray per pixel, simple shading. Slower and plainer, but it runs anywhere."""
+"""Render without GL: one ray per pixel, simple shading. Slower and plainer, but it runs anywhere."""
 
 import mujoco
 import numpy as np
@@ -13,7 +13,7 @@ _AMBIENT, _DIFFUSE = 0.55, 0.5
 
 
 def pixel_directions(K: Float[np.ndarray, "3 3"], width: int, height: int) -> Float[np.ndarray, "n 3"]:
-    """Direction of every pixel, row by row, OpenCV camera frame, with z = 1: ray length is depth."""
+    """Return the direction of every pixel, row by row, OpenCV camera frame, with z = 1: ray length is depth."""
     cols, rows = np.meshgrid(np.arange(width), np.arange(height))
     x, y = (cols - K[0, 2]) / K[0, 0], (rows - K[1, 2]) / K[1, 1]
     return np.stack([x, y, np.ones_like(x)], axis=-1).reshape(-1, 3)
@@ -26,7 +26,7 @@ def cast(
     directions: Float[np.ndarray, "n 3"],
     far_m: float,
 ) -> tuple[Float32[np.ndarray, "n"], Int32[np.ndarray, "n"], Float[np.ndarray, "n 3"]]:
-    """Depth (0 = nothing), geom (-1 = nothing) and world normal that each ray meets among the visible geoms."""
+    """Return depth (0 = nothing), geom (-1 = nothing) and world normal that each ray meets among the visible geoms."""
     n = len(directions)
     vectors = directions @ T_world_camera[:3, :3].T
     geoms, depths, normals = np.full(n, -1, np.int32), np.zeros(n), np.zeros(3 * n)
@@ -41,7 +41,7 @@ def cast(
 def shade(
     model: mujoco.MjModel, geoms: Int32[np.ndarray, "n"], normals: Float[np.ndarray, "n 3"]
 ) -> UInt8[np.ndarray, "n 3"]:
-    """Colour of each ray: the mean colour of its geom, lit by one distant lamp."""
+    """Return the colour of each ray: the mean colour of its geom, lit by one distant lamp."""
     colors = np.vstack([geom_colors(model), _SKY_RGB])
     light = _AMBIENT + _DIFFUSE * np.clip(normals @ _TO_LIGHT, 0.0, 1.0)
     light[geoms < 0] = 1.0
@@ -49,7 +49,7 @@ def shade(
 
 
 def geom_colors(model: mujoco.MjModel) -> Float[np.ndarray, "g 3"]:
-    """Mean colour of every geom, 0..1: its own or its material's, times the mean of its texture."""
+    """Return the mean colour of every geom, 0..1: its own or its material's, times the mean of its texture."""
     colors = model.geom_rgba[:, :3].astype(float)
     for geom in np.flatnonzero(model.geom_matid >= 0):
         material = model.geom_matid[geom]

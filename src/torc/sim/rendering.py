@@ -1,5 +1,6 @@
-"""Pictures of the simulated world: colour, depth and labels, by GL where there is one, else by rays. Cameras are given
-in the OpenCV frame and become MuJoCo's here and nowhere else.
+"""Draw the simulated world: colour, depth and labels, by GL if available, else by rays.
+
+Cameras are given in the OpenCV frame and are converted to MuJoCo's only here.
 """
 
 from dataclasses import dataclass
@@ -23,8 +24,11 @@ _MAX_SCENE_GEOMS = 4000
 
 @dataclass(frozen=True)
 class View:
-    """What a camera sees: colour; depth along the optical axis, metres, 0 where there is nothing within range; object
-    id, BACKGROUND or ROBOT per pixel.
+    """What a camera sees.
+
+    Attributes:
+        depth_m: along the optical axis, metres, 0 where nothing is within range.
+        label_image: object id, BACKGROUND or ROBOT per pixel.
     """
 
     rgb: UInt8[np.ndarray, "h w 3"]
@@ -33,11 +37,12 @@ class View:
 
 
 class CameraRenderer(Closing):
-    """Renders one camera of a world, again and again, and changes nothing that the physics reads."""
+    """Renders one camera of a world repeatedly, and changes nothing that the physics reads."""
 
     def __init__(self, world: World, mount: CameraMount, backend: str | None = None) -> None:
-        """Renders with the process's backend (`gl_backend()`), or the one named. Raises InputError for an unknown
-        backend, and MissingDependencyError for one that does not work here.
+        """Render with the process's backend (`gl_backend()`), or the one named.
+
+        Raises InputError for an unknown backend, and MissingDependencyError for one that does not work here.
         """
         self.backend = gl_backend() if backend is None else backend
         if self.backend not in BACKENDS:
@@ -46,8 +51,9 @@ class CameraRenderer(Closing):
         self._gl = None if self.backend == "rays" else _GlImages(world.model, mount, self.backend)
 
     def render(self, T_world_camera: Pose | None = None, color: bool = True) -> View:
-        """Colour, depth and labels of the world as it is now; from elsewhere if a camera pose is given; black without
-        colour, which takes half of the time.
+        """Return colour, depth and labels of the world now, from the given camera pose if any.
+
+        Without colour the picture is black, which takes half of the time.
         """
         self._world.update_kinematics()
         T = self._mount.T_world_camera if T_world_camera is None else T_world_camera
@@ -62,7 +68,7 @@ class CameraRenderer(Closing):
         return View(rgb, depth, labels)
 
     def look_from(self, mount: CameraMount) -> None:
-        """Further pictures are of another camera, with images of the same size. Raises ValueError for another size."""
+        """Draw further pictures with another camera of equal image size. Raises ValueError for another size."""
         if (mount.width, mount.height) != (self._mount.width, self._mount.height):
             raise ValueError("A renderer's images keep their size.")
         self._mount = mount
@@ -70,13 +76,13 @@ class CameraRenderer(Closing):
             self._gl.mount = mount
 
     def render_color(self) -> UInt8[np.ndarray, "h w 3"]:
-        """Colour alone, for videos."""
+        """Return colour alone, for videos."""
         self._world.update_kinematics()
         T = self._mount.T_world_camera
         return self._cast(T)[0] if self._gl is None else self._gl.color(self._world.data, T)
 
     def close(self) -> None:
-        """Frees the GL context; the renderer cannot be used afterwards."""
+        """Free the GL context; the renderer cannot be used afterwards."""
         if self._gl is not None:
             self._gl.close()
 
@@ -113,7 +119,7 @@ class _GlImages:
     def geoms_and_depth(
         self, data: mujoco.MjData, T_world_camera: Pose
     ) -> tuple[np.ndarray, Float32[np.ndarray, "h w"]]:
-        """Geom per pixel (-1 = none) and depth, metres."""
+        """Return the geom per pixel (-1 = none) and depth, metres."""
         shape = (self.mount.height, self.mount.width)
         rgb, z = np.empty((*shape, 3), np.uint8), np.empty(shape, np.float32)
         self._draw(data, T_world_camera, numbers=True)
@@ -153,7 +159,7 @@ class _GlImages:
 
 
 def _metric_depth(z: Float32[np.ndarray, "h w"]) -> Float32[np.ndarray, "h w"]:
-    """Depth from a reversed depth buffer (1 = near plane, 0 = far plane)."""
+    """Return depth from a reversed depth buffer (1 = near plane, 0 = far plane)."""
     depth = (_NEAR_M * _FAR_M) / (z.astype(np.float64) * (_FAR_M - _NEAR_M) + _NEAR_M)
     depth[z <= 0] = 0.0
     return depth.astype(np.float32)

@@ -1,4 +1,4 @@
-"""The simulated robot: looks, carries out picks, and knows the truth about what came of them."""
+"""The simulated robot: looks, carries out picks, and knows their true outcomes."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -30,13 +30,17 @@ from torc.sim.stepping import Observer, Stepper, StepperState
 from torc.sim.stereo_camera import StereoRig, stereo_pair
 
 _NOISE = 455
-"""Of the stereo camera: first number of its seed."""
+"""First number of the stereo camera's seed."""
 
 
 @dataclass(frozen=True)
 class SimulatedRobotConfig:
-    """The simulated robot. An object that is `risen_m` higher after the lift is held, if it touches the gripper;
-    `backend` is how to render, None for the best there is. With `pairs` the camera is the left one of the stereo `rig`.
+    """The simulated robot.
+
+    Attributes:
+        risen_m: an object that is this much higher after the lift is held, if it touches the gripper.
+        backend: how to render, None for the best available.
+        rig, pairs: with `pairs` the camera is the left one of the stereo `rig`.
     """
 
     execution: ExecutionConfig = field(default_factory=ExecutionConfig)
@@ -50,7 +54,7 @@ class SimulatedRobotConfig:
 
 @dataclass(frozen=True)
 class RobotState:
-    """A simulated robot and its world at one moment: all that decides what happens next."""
+    """A simulated robot and its world at one moment: everything that decides what happens next."""
 
     world: Float[np.ndarray, "s"]
     grip: GripState
@@ -58,15 +62,17 @@ class RobotState:
 
 
 class SimulatedRobot(Closing):
-    """The `Robot` of torc.robots.protocols in a simulated world. Objects that are delivered, or that left the table
-    otherwise, are out of the scene after the pick.
+    """The `Robot` of torc.robots.protocols in a simulated world.
+
+    Objects that are delivered, or that left the table otherwise, are out of the scene after the pick.
     """
 
     def __init__(
         self, world: World, config: SimulatedRobotConfig | None = None, observer: Observer | None = None
     ) -> None:
-        """Takes over a world that was built with a robot; nobody else should step it. The observer is called with it
-        about 25 times per simulated second.
+        """Take over a world that was built with a robot; nobody else should step it.
+
+        The observer is called with it about 25 times per simulated second.
         """
         if world.robot is None:
             raise ValueError("The world was built without a robot.")
@@ -81,12 +87,12 @@ class SimulatedRobot(Closing):
         self._contacts = ContactReader(world, world.robot)
         self._true_id: int | None = None
         self.last_trace: ExecutionTrace | None = None
-        """What was commanded in the latest pick, and what the robot itself felt."""
+        """The commands of the latest pick, and what the robot itself felt."""
 
     def take_over(self) -> tuple[int, ...]:
-        """Lets the scene come to rest before the first pick, and takes what is not on the table then out of it.
+        """Let the scene come to rest before the first pick, and remove what is then not on the table.
 
-        Returns the ids of what was taken out, which nobody dropped. Raises InputError if the target is one of them, and
+        Returns the ids of what was removed, which nobody dropped. Raises InputError if the target is one of them, and
         PhysicsError if the simulation broke.
         """
         self.wait_for_rest()
@@ -102,7 +108,7 @@ class SimulatedRobot(Closing):
         return absent
 
     def capture(self) -> Observation:
-        """One snapshot, now."""
+        """Return one snapshot, taken now."""
         return self._eye.capture()
 
     def aim_at(self, true_id: int | None) -> None:
@@ -160,7 +166,8 @@ class SimulatedRobot(Closing):
         )
 
     def remove(self, object_ids: Iterable[int]) -> None:
-        """Takes objects out of the scene as no robot can, and lets the others come to rest: to see what would be then.
+        """Take objects out of the scene as no robot can, and let the others come to rest, to see what would follow.
+
         Raises PhysicsError if the simulation broke.
         """
         for object_id in object_ids:
@@ -170,7 +177,7 @@ class SimulatedRobot(Closing):
         self._clear(set())
 
     def wait_for_rest(self) -> float:
-        """Runs until the scene is at rest, or config.rest.limit_s is over. Returns the simulated time it took."""
+        """Run until the scene is at rest, or config.rest.limit_s is over. Returns the simulated time it took."""
         rest, elapsed, quiet = self.config.rest, 0.0, 0.0
         while elapsed < rest.limit_s and quiet < rest.quiet_s:
             self._stepper.run(rest.check_s)
@@ -180,12 +187,13 @@ class SimulatedRobot(Closing):
         return elapsed
 
     def save(self) -> RobotState:
-        """Robot and world as they are, between two picks."""
+        """Return the state of robot and world, between two picks."""
         return RobotState(save_state(self.world), self.gripper.save(), self._stepper.save())
 
     def restore(self, state: RobotState) -> None:
-        """Go on as from then, bit for bit; the state may come from another robot in a world built alike. Raises
-        InputError if it belongs to another world.
+        """Continue from a saved state, bit for bit; it may come from another robot in a world built alike.
+
+        Raises InputError if it belongs to another world.
         """
         restore_state(self.world, state.world)
         self.gripper.restore(state.grip)
@@ -193,11 +201,11 @@ class SimulatedRobot(Closing):
         self.last_trace = None
 
     def close(self) -> None:
-        """Frees what the camera holds."""
+        """Free what the camera holds."""
         self.camera.close()
 
     def _clear(self, carried: set[int]) -> tuple[set[int], tuple[int, ...]]:
-        """Takes what left the table out of the scene: what the gripper carried to the bin, and what left otherwise."""
+        """Remove from the scene what left the table: what the gripper carried to the bin, and what left otherwise."""
         gone = self.world.off_table()
         delivered = carried & set(self.world.in_bin())
         for object_id in gone:
@@ -207,8 +215,7 @@ class SimulatedRobot(Closing):
 
 
 def _choose_held(carried: dict[int, bool], delivered: set[int], wanted: int) -> int | None:
-    """Of all that came up, the one that counts: a delivered target, the wanted one, the target, what the gripper
-    touches."""
+    """Return the lifted object that counts: a delivered target, the wanted one, the target, what the gripper touches."""
     if TARGET_ID in delivered:
         return TARGET_ID
     for candidate in (wanted, TARGET_ID):
@@ -223,14 +230,15 @@ class SimulatedCamera(Closing):
     def __init__(
         self, world: World, backend: str | None = None, color: bool = True, rig: StereoRig | None = None
     ) -> None:
-        """Looks from the workspace's mount; GL starts at the first picture. Without colour it may be black. With a rig
-        snapshots hold a stereo pair, too.
+        """Look from the workspace's mount; GL starts at the first picture.
+
+        Without colour it may be black. With a rig, snapshots also hold a stereo pair.
         """
         self._world, self._backend, self._color, self._rig = world, backend, color or rig is not None, rig
         self._renderer: CameraRenderer | None = None
 
     def capture(self) -> Observation:
-        """One snapshot, now. Raises MissingDependencyError if the backend asked for does not work here."""
+        """Return one snapshot, taken now. Raises MissingDependencyError if the chosen backend does not work here."""
         mount = self._world.workspace.camera
         if self._renderer is None:
             self._renderer = CameraRenderer(self._world, mount, self._backend)
@@ -248,7 +256,7 @@ class SimulatedCamera(Closing):
         )
 
     def close(self) -> None:
-        """Frees GL; the next capture starts it again."""
+        """Free GL; the next capture starts it again."""
         if self._renderer is not None:
             self._renderer.close()
             self._renderer = None
@@ -258,7 +266,7 @@ class SimulatedCamera(Closing):
         T = mount.T_world_camera.copy()
         T[:3, 3] += rig.baseline_m * T[:3, 0]
         right = renderer.render(T)
-        # The noise depends on the moment alone: a trial that is played again sees the same.
+        # The noise depends only on the moment: a trial that is played again sees identical noise.
         rng = np.random.default_rng([_NOISE, round(1e6 * self._world.time_s)])
         return stereo_pair(rig, (left.rgb, right.rgb), (left.depth_m, right.depth_m), mount.K, rng)
 
@@ -270,5 +278,5 @@ class SimulatedCamera(Closing):
 
 
 def as_simulated(camera: SimulatedCamera) -> SimulatedCamera:
-    """The simulated camera itself: the default of the stage `camera`."""
+    """Return the simulated camera itself, the default of the stage `camera`."""
     return camera

@@ -1,4 +1,4 @@
-"""Letting objects come to rest, and piling them up."""
+"""Let objects come to rest, and pile them up."""
 
 from dataclasses import dataclass, replace
 
@@ -13,10 +13,12 @@ from torc.sim.watchdog import Watchdog
 from torc.workspace.description import Box, Workspace
 
 UNSEEN = WorldConfig(surfaces=False)
-"""Of worlds that nobody looks at."""
+"""For worlds that nobody looks at."""
 COARSE = replace(UNSEEN, timestep_s=0.004, implicit=False)
-"""Of worlds in which objects are only piled up, let down, and tried for whether they creep: half as dear to compute,
-and piles creep no less. Where numbers matter, the final word is that of a world like those of trials."""
+"""For worlds in which objects are only piled up, let down, and tested for creeping: they cost half the computing time,
+and
+piles creep no less. Where numbers matter, a world like those of trials decides.
+"""
 EASED_M, _EASING_STEPS = 0.002, 1000
 """Ordinary settling copes with objects that are inside each other by this much."""
 
@@ -24,6 +26,7 @@ EASED_M, _EASING_STEPS = 0.002, 1000
 @dataclass(frozen=True)
 class SettleConfig:
     """When a scene counts as settled: every object's linear + radius x angular speed stays below a limit for `quiet_s`.
+
     Longer finds slower topples; for the slowest see `torc.sim.stillness`. The radius is a typical object's half size.
     """
 
@@ -36,8 +39,13 @@ class SettleConfig:
 
 @dataclass(frozen=True)
 class SettleReport:
-    """Whether every object on the table came to rest within the limit, the simulated time it took, the fastest object's
-    speed at the end, and the ids of the objects that are no longer on the table.
+    """The result of settling.
+
+    Attributes:
+        settled: every object on the table came to rest within the limit.
+        duration_s: simulated time it took.
+        max_speed_m_s: the fastest object's speed at the end.
+        left: ids of the objects that are no longer on the table.
     """
 
     settled: bool
@@ -66,7 +74,7 @@ class DumpConfig:
 
 
 def settle(world: World, config: SettleConfig | None = None) -> SettleReport:
-    """Runs the world until every object on the table is at rest, or the limit is reached. Raises PhysicsError."""
+    """Run the world until every object on the table is at rest, or the limit is reached. Raises PhysicsError."""
     config = config or SettleConfig()
     steps = max(1, round(config.check_s / world.model.opt.timestep))
     watchdog = _watch(world)
@@ -76,7 +84,7 @@ def settle(world: World, config: SettleConfig | None = None) -> SettleReport:
         mujoco.mj_step(world.model, world.data, nstep=steps)
         watchdog.check()
         elapsed += config.check_s
-        # What fell off does not hold up the others.
+        # Objects that fell off do not delay the others.
         speed = float(world.speeds(config.radius_m)[list(world.on_table())].max(initial=0.0))
         quiet = quiet + config.check_s if speed < config.speed_m_s else 0.0
     world.update_position_stage()
@@ -89,7 +97,8 @@ def settle_problem(
     config: SettleConfig | None = None,
     world_config: WorldConfig | None = None,
 ) -> tuple[Problem, SettleReport]:
-    """The problem with its objects where they come to rest, and how settling went (objects may have left the table).
+    """Return the problem with its objects where they come to rest, and the report (objects may have left the table).
+
     Raises PhysicsError, e.g. because objects were placed inside each other.
     """
     world = build_world(problem, None, workspace, world_config or UNSEEN)
@@ -98,7 +107,7 @@ def settle_problem(
 
 
 def with_poses_of(world: World) -> Problem:
-    """The world's problem with the objects' present poses."""
+    """Return the world's problem with the objects' present poses."""
     names = [placement.name for placement in world.problem.ordered()]
     poses = dict(zip(names, zip(map(tuple, world.positions.tolist()), map(tuple, world.wxyz.tolist()))))
     moved = tuple(replace(o, position=poses[o.name][0], wxyz=poses[o.name][1]) for o in world.problem.objects)
@@ -113,9 +122,11 @@ def dump(
     settle_config: SettleConfig | None = None,
     world_config: WorldConfig | None = None,
 ) -> tuple[Problem, SettleReport]:
-    """An unstructured pile of the problem's objects, whatever their poses were: let go in a random order and
-    orientation between temporary walls, which are then taken away. Returns the problem with settled poses, and the
-    report of settling without walls. Raises PhysicsError.
+    """Make an unstructured pile of the problem's objects, whatever their poses were.
+
+    They are let go in a random order and orientation between temporary walls, which are then removed. Returns the
+    problem
+    with settled poses, and the report of settling without walls. Raises PhysicsError.
     """
     config = config or DumpConfig()
     world_config = world_config or UNSEEN
@@ -130,7 +141,7 @@ def dump(
 
 
 def run(world: World, seconds: float, check_s: float = 0.05) -> None:
-    """Runs the world on, looking for broken physics every check_s. Raises PhysicsError."""
+    """Run the world, checking for broken physics every check_s. Raises PhysicsError."""
     left = round(seconds / world.model.opt.timestep)
     chunk = max(1, round(check_s / world.model.opt.timestep))
     watchdog = _watch(world)
@@ -141,7 +152,7 @@ def run(world: World, seconds: float, check_s: float = 0.05) -> None:
 
 
 def _watch(world: World) -> Watchdog:
-    """A watchdog that has looked once."""
+    """Return a watchdog that has checked once."""
     watchdog = Watchdog(world)
     world.update_position_stage()
     watchdog.check()
@@ -151,7 +162,7 @@ def _watch(world: World) -> Watchdog:
 def _pose_above(
     world: World, object_id: int, rng: np.random.Generator, config: DumpConfig
 ) -> tuple[np.ndarray, np.ndarray]:
-    """A random orientation, and a random place between the walls above what else is in the scene."""
+    """Return a random place between the walls above what else is in the scene, and a random orientation."""
     radii = np.array([0.5 * float(np.linalg.norm(model.size_m)) for model in world.models])
     half = np.maximum(0.5 * np.array(config.walls_size_m) - radii[object_id], 0.0)
     places = config.center_xy + rng.uniform(-1, 1, (config.places, 2)) * half
@@ -165,7 +176,7 @@ def _pose_above(
 def _tops(
     world: World, radii: Float[np.ndarray, "n"], places: Float[np.ndarray, "m 2"], radius_m: float
 ) -> Float[np.ndarray, "m"]:
-    """How high the highest thing reaches within a radius of each place, objects taken as spheres."""
+    """Return how high the highest thing reaches within a radius of each place, with objects as spheres."""
     present = world.present
     centers, reach = world.positions[present], radii[present]
     apart = np.linalg.norm(places[:, None] - centers[None, :, :2], axis=2)
@@ -187,9 +198,11 @@ def _walls(workspace: Workspace, config: DumpConfig) -> tuple[Box, ...]:
 
 
 def ease_apart(world: World) -> tuple[float, float]:
-    """Pushes overlapping objects apart until none is deeper in another than ordinary settling copes with, and sets
-    nothing in motion: all are stopped after every time step. Returns how deep the deepest two bodies were inside each
-    other before and after, metres.
+    """Push overlapping objects apart until ordinary settling copes with the deepest overlap, and set nothing in motion.
+
+    All are stopped after every time step. Returns how deep the deepest two bodies were inside each other before and
+    after,
+    metres.
     """
     world.update_position_stage()
     before, steps = _deepest_m(world), 0

@@ -1,4 +1,4 @@
-"""The simulated world: a MuJoCo model and its state, with the objects' ids on top."""
+"""The simulated world: a MuJoCo model and its state, with the objects' ids."""
 
 from collections.abc import Callable
 from enum import IntEnum
@@ -24,7 +24,7 @@ _BELOW_M = 0.05
 
 
 class Presence(IntEnum):
-    """Where an object is, for the task. All but those in the scene are parked far away."""
+    """Where an object is, for the task. All except those in the scene are parked far away."""
 
     PRESENT = 0
     DELIVERED = 1
@@ -32,14 +32,16 @@ class Presence(IntEnum):
     DROPPED = 2
     """Left the table otherwise."""
     ABSENT = 3
-    """Not on the table when the robot began, so nobody's drop."""
+    """Not on the table when the robot began, so not a drop."""
 
 
 class World:
     """A compiled world and its present state.
 
-    `robot` is None in a world for settling; `robot_dofs` are velocity indices of the robot's joints; `geom_labels`
-    holds per geom its object id, BACKGROUND or ROBOT.
+    Attributes:
+        robot: None in a world for settling.
+        robot_dofs: velocity indices of the robot's joints.
+        geom_labels: per geom its object id, BACKGROUND or ROBOT.
     """
 
     def __init__(
@@ -73,7 +75,7 @@ class World:
 
     @property
     def object_count(self) -> int:
-        """How many objects the problem has."""
+        """Number of objects in the problem."""
         return len(self.object_bodies)
 
     @property
@@ -102,37 +104,38 @@ class World:
         return self.data.qvel[self._qvel_at]
 
     def speeds(self, radius_m: float = 0.05) -> Float[np.ndarray, "n"]:
-        """Linear speed + radius x angular speed per object, m/s; 0 for objects that left the scene."""
+        """Return linear speed + radius x angular speed per object, m/s; 0 for objects that left the scene."""
         v = self.velocities
         speed = np.linalg.norm(v[:, :3], axis=1) + radius_m * np.linalg.norm(v[:, 3:], axis=1)
         return np.where(self.present, speed, 0.0)
 
     def set_object_pose(self, object_id: int, position: np.ndarray, wxyz: np.ndarray) -> None:
-        """Puts an object somewhere, at rest; the quaternion is normalized. Call `update_kinematics` before reading body
-        poses.
+        """Move an object to a pose, at rest; the quaternion is normalized.
+
+        Call `update_kinematics` before reading body poses.
         """
         self.data.qpos[self._qpos_at[object_id]] = np.concatenate([position, wxyz / np.linalg.norm(wxyz)])
         self.data.qvel[self._qvel_at[object_id]] = 0.0
         self.wake()
 
     def wake(self) -> None:
-        """Ends the sleep of all objects: they may have lost what they rested on."""
+        """End the sleep of all objects: they may have lost their support."""
         wake_all(self.model, self.data)
 
     def on_table(self) -> tuple[int, ...]:
-        """Ids of the objects in the scene that did not leave the table, rising: centre above it, or 3 cm beyond."""
+        """Return ids of the objects in the scene that are still on the table, rising: centre above it, or 3 cm beyond."""
         board, p = self.workspace.table, self.positions
         inside = np.abs(p[:, :2] - board.center[:2]) <= 0.5 * np.array(board.size[:2]) + _OVERHANG_M
         above = p[:, 2] > self.workspace.support_z_m - _BELOW_M
         return tuple(np.flatnonzero(inside.all(axis=1) & above & self.present).tolist())
 
     def off_table(self) -> tuple[int, ...]:
-        """Ids of the objects in the scene that did, rising."""
+        """Return ids of the objects in the scene that left the table, rising."""
         on_table = set(self.on_table())
         return tuple(i for i in np.flatnonzero(self.present).tolist() if i not in on_table)
 
     def in_bin(self) -> tuple[int, ...]:
-        """Ids of the objects in the scene whose centre is within the bin, up to 5 cm above its rim."""
+        """Return ids of the objects in the scene whose centre is within the bin, up to 5 cm above its rim."""
         bin_, p = self.workspace.bin, self.positions
         inside = np.abs(p[:, :2] - bin_.center[:2]) <= 0.5 * np.array(bin_.inner_size[:2])
         height = p[:, 2] - bin_.center[2]
@@ -140,8 +143,9 @@ class World:
         return tuple(np.flatnonzero(inside.all(axis=1) & within & self.present).tolist())
 
     def park(self, object_id: int, presence: Presence) -> None:
-        """Takes an object out of the scene: far away, touching nothing, its weight cancelled by a force, which is part
-        of the saved state as gravity is not.
+        """Take an object out of the scene: far away, touching nothing, its weight cancelled by a force.
+
+        The force is part of the saved state; gravity is not.
         """
         spot = _PARKING_M - np.array([0.0, _PARKING_STEP_M * object_id, 0.0])
         self.set_object_pose(object_id, spot, np.array([1.0, 0, 0, 0]))
@@ -150,13 +154,13 @@ class World:
         self.presence[object_id] = presence
 
     def unpark(self, object_id: int, position: np.ndarray, wxyz: np.ndarray) -> None:
-        """Puts a parked object back into the scene."""
+        """Put a parked object back into the scene."""
         self.set_object_pose(object_id, position, wxyz)
         self.data.xfrc_applied[self.object_bodies[object_id]] = 0.0
         self.presence[object_id] = Presence.PRESENT
 
     def body_name_of_geom(self, geom: int) -> str:
-        """For messages: the name of what a geom belongs to: an object's own name, a robot body, "table" ..."""
+        """Return, for messages, the name of what a geom belongs to: an object's own name, a robot body, "table" ..."""
         label = int(self.geom_labels[geom])
         if label >= 0:
             return f"object {label} ({self.problem.ordered()[label].name})"
@@ -165,14 +169,15 @@ class World:
         return str(self.model.body(self.model.geom_bodyid[geom]).name)
 
     def update_kinematics(self) -> None:
-        """Brings body poses up to date with the joint positions; the physics is not touched."""
+        """Update body poses from the joint positions; the physics is not touched."""
         mujoco.mj_kinematics(self.model, self.data)
         mujoco.mj_comPos(self.model, self.data)
         mujoco.mj_camlight(self.model, self.data)
 
     def update_position_stage(self) -> None:
-        """Brings everything that depends on positions alone up to date, contacts included. Not mj_forward, which would
-        replace the solver's warm start and change the future in its last bits.
+        """Update everything that depends on positions alone, including contacts.
+
+        Not mj_forward, which would replace the solver's warm start and change the future in its last bits.
         """
         mujoco.mj_fwdPosition(self.model, self.data)
 
@@ -185,9 +190,18 @@ def build_world(
     extra: tuple[Box, ...] = (),
     load_model: Callable[[str], ObjectModel] = load_object,
 ) -> World:
-    """The world of a problem at its first state: objects where the problem puts them, the arm at rest. Without a robot
-    it is faster, for settling. `extra` are further fixed boxes; `load_model` finds the model of a name. Raises
-    InputError for too many objects, a problem of another workspace, or a model that MuJoCo does not accept.
+    """Build the world of a problem at its first state: objects where the problem puts them, the arm at rest.
+
+    Args:
+        problem: the objects.
+        robot: None is faster, for settling.
+        workspace: table, bin and camera.
+        config: physics and looks.
+        extra: further fixed boxes.
+        load_model: returns the model of a name.
+
+    Raises:
+        InputError: too many objects, a problem of another workspace, or a model that MuJoCo does not accept.
     """
     if (n := len(problem.ordered())) > MAX_OBJECTS:
         raise InputError(f"{problem.name}: {n} objects; at most {MAX_OBJECTS} are possible.")
@@ -207,7 +221,7 @@ def build_world(
 
 
 def _rest_robot(model: mujoco.MjModel, data: mujoco.MjData, robot: RobotDescription) -> None:
-    """Arm at rest, gripper open, servos commanded to stay so."""
+    """Put the arm at rest and open the gripper, with the servos commanded to stay there."""
     arm, gripper = robot.arm, robot.gripper
     for name, actuator, q in zip(arm.joint_names, robot.arm_actuator_names, arm.rest_qpos):
         data.joint(name).qpos[:] = q
@@ -232,17 +246,18 @@ def _label_geoms(
 
 
 AWAKE = -1 - mujoco.mjMINAWAKE
-"""Of `tree_asleep`: awake, and as many steps of rest away from sleep as can be."""
+"""Value of `tree_asleep`: awake, and as many steps of rest away from sleep as possible."""
 
 
 def wake_all(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    """Ends the sleep of everything."""
+    """End the sleep of everything."""
     put_to_sleep(model, data, np.full(model.ntree, AWAKE))
 
 
 def put_to_sleep(model: mujoco.MjModel, data: mujoco.MjData, tree_asleep: Int[np.ndarray, "t"]) -> None:
-    """Declares what sleeps and what is awake, as `data.tree_asleep` was read from a world built alike; positions must
-    be up to date. What is derived from it is as `mj_updateSleep` makes it.
+    """Set what sleeps and what is awake, as `data.tree_asleep` was read from a world built alike.
+
+    Positions must be up to date. Derived values are set as `mj_updateSleep` does.
     """
     data.tree_asleep[:] = tree_asleep
     tree_awake = data.tree_asleep < 0

@@ -1,4 +1,4 @@
-"""What goes into the simulated world: physics options, lights, table, bin, objects, as a MuJoCo specification."""
+"""Build the simulated world as a MuJoCo specification: physics options, lights, table, bin, objects."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -19,7 +19,7 @@ class WorldConfig:
     """Physics and looks. The defaults were tuned together: a firm grasp and no explosions; change with care.
 
     Attributes:
-        impratio: stiffness of friction against that of contact; below 10 held objects creep.
+        impratio: stiffness of friction relative to that of contact; below 10 held objects creep.
         rolling_friction_round_m: of objects that roll; with less, settling never ends.
         light_kg: contacts of MuJoCo are as stiff as the lighter body is heavy: a finger that presses 40 N on a
             15 g sponge would sink in by centimetres. So objects lighter than this get a shorter time constant, but
@@ -28,8 +28,8 @@ class WorldConfig:
         sleeping: in a world with a robot, objects at rest are not computed until something touches one of those that
             lie together: a pick gets several times cheaper, but what would creep on for ever stays where it is.
         samples: of antialiasing, 0 for none; 4 makes drawing in software three times as slow.
-        surfaces: objects have surfaces to look at. Without them the world is built in half the time.
-        implicit: velocities are integrated implicitly, which servos need; else the solver needs half the iterations.
+        surfaces: objects have visible surfaces. Without them the world is built in half the time.
+        implicit: integrate velocities implicitly, which servos need; otherwise the solver needs half the iterations.
     """
 
     timestep_s: float = 0.002
@@ -58,12 +58,14 @@ def build_spec(
     config: WorldConfig,
     extra: tuple[Box, ...] = (),
 ) -> mujoco.MjSpec:
-    """The whole world: robot (if any), floor, table, bin, further boxes, the problem's objects
-    (models[i] is the model of object id i) at their poses."""
+    """Build the whole world: robot (if any), floor, table, bin, further boxes, the problem's objects at their poses.
+
+    models[i] is the model of object id i.
+    """
     spec = mujoco.MjSpec()
     spec.modelname = "torc"
     if robot is not None:
-        # Not the other way round: a robot file's defaults and options would hold for the table and the objects, too.
+        # Not the other way round: a robot file's defaults and options would also apply to the table and the objects.
         of_robot = mujoco.MjSpec.from_file(str(robot.mjcf_path))
         spec.attach(of_robot, prefix="", frame=spec.worldbody.add_frame())
     _set_options(spec, config, sleeping=config.sleeping and robot is not None)
@@ -81,7 +83,7 @@ def build_spec(
 
 
 def object_body_name(object_id: int) -> str:
-    """Name of the body of an object."""
+    """Return the name of an object's body."""
     return f"object_{object_id}"
 
 
@@ -95,7 +97,7 @@ def _set_options(spec: mujoco.MjSpec, config: WorldConfig, sleeping: bool) -> No
     option.iterations, option.tolerance = config.solver_iterations, config.solver_tolerance
     if sleeping:
         option.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP
-    # A world that broke must say so, not quietly start again from its first state.
+    # A world that broke must report it, not quietly restart from its first state.
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
 
 
@@ -146,8 +148,11 @@ def _add_box(spec: mujoco.MjSpec, box: Box) -> mujoco.MjsGeom:
 
 
 def _room() -> list[Box]:
-    """The room in front of the robot. Without it the camera looks into the sky, where it has no reading, and the
-    air above the table would never be seen free."""
+    """Return the room in front of the robot.
+
+    Without it the camera looks into the sky, where it has no reading, and the air above the table would never be seen
+    free.
+    """
     return [
         Box("room_front", (2.65, 0.0, 1.5), (0.1, 5.2, 3.0)),
         Box("room_left", (1.6, 2.65, 1.5), (2.2, 0.1, 3.0)),
@@ -156,7 +161,7 @@ def _room() -> list[Box]:
 
 
 def _supports(workspace: Workspace) -> list[Box]:
-    """Legs of the table and the stand of the bin: to look at, not to touch."""
+    """Return legs of the table and the stand of the bin: visible, not touchable."""
     (x, y, z), (lx, ly, lz) = workspace.table.center, workspace.table.size
     leg, height = 0.06, z - lz / 2
     legs = [
@@ -170,7 +175,7 @@ def _supports(workspace: Workspace) -> list[Box]:
 
 
 def _add_object(body: mujoco.MjsBody, name: str, model: ObjectModel, config: WorldConfig) -> None:
-    """Contact pieces (they carry the mass) and surfaces of a free body; meshes are shared by objects alike."""
+    """Add contact pieces (they carry the mass) and surfaces of a free body; equal objects share meshes."""
     body.add_freejoint(name=f"{name}_free")
     for i, (piece, mass_kg) in enumerate(zip(model.pieces, model.piece_masses_kg)):
         kind = getattr(mujoco.mjtGeom, f"mjGEOM_{piece.kind.upper()}")
@@ -182,7 +187,7 @@ def _add_object(body: mujoco.MjsBody, name: str, model: ObjectModel, config: Wor
         geom.friction = [model.friction, config.torsional_friction_m, rolling]
         stiffening = min(1.0, np.sqrt(model.mass_kg / config.light_kg))
         geom.solref = [max(config.light_solref_s, config.object_solref_s * stiffening), 1.0]
-        # Against a heavier body it is the lighter one's time constant that counts.
+        # Against a heavier body the lighter one's time constant counts.
         geom.solmix = stiffening**-4
         geom.solimp = [*config.object_solimp, 0.5, 2.0]
         if piece.kind == "mesh":
@@ -218,7 +223,7 @@ def _add_surface(spec: mujoco.MjSpec, name: str, visual: VisualMesh) -> None:
 
 
 def _four_rows(rows: np.ndarray) -> np.ndarray:
-    """The numbers in a row; MuJoCo wants four vertices even for a single triangle, so the last one is repeated."""
+    """Flatten the rows; MuJoCo wants four vertices even for a single triangle, so the last one is repeated."""
     return np.pad(rows.astype(np.float32), ((0, max(0, 4 - len(rows))), (0, 0)), mode="edge").ravel()
 
 
@@ -245,7 +250,7 @@ def _add_texture(spec: mujoco.MjSpec, name: str, image: np.ndarray, kind: mujoco
 
 @cache
 def wood_texture(size: int = 256) -> np.ndarray:
-    """Planks with a grain, always the same: (size, size, 3) uint8, read-only."""
+    """Return planks with a grain, always the same: (size, size, 3) uint8, read-only."""
     rng = np.random.default_rng(7)
     v, u = np.meshgrid(np.arange(size) / size, np.arange(size) / size, indexing="ij")
     plank = np.floor(v * 6).astype(int)
@@ -263,7 +268,7 @@ def wood_texture(size: int = 256) -> np.ndarray:
 def checker_texture(
     a: tuple[float, float, float], b: tuple[float, float, float], size: int = 64
 ) -> np.ndarray:
-    """Two by two squares of two colours: (size, size, 3) uint8."""
+    """Return two by two squares of two colours: (size, size, 3) uint8."""
     i, j = np.indices((size, size)) // (size // 2)
     return np.asarray(np.where(((i + j) % 2)[..., None], a, b) * np.float64(255), dtype=np.uint8)
 
@@ -271,7 +276,7 @@ def checker_texture(
 def sky_texture(
     low: tuple[float, float, float], high: tuple[float, float, float], size: int = 32
 ) -> np.ndarray:
-    """Six faces of a sky box, stacked: sides shade upwards."""
+    """Return six faces of a sky box, stacked: sides shade upwards."""
     t = np.linspace(1, 0, size)[:, None, None]
     side = np.broadcast_to(t * np.array(high) + (1 - t) * np.array(low), (size, size, 3))
     faces = [side, side, np.broadcast_to(high, side.shape), np.broadcast_to(low, side.shape), side, side]

@@ -1,4 +1,4 @@
-"""Saving and restoring a world, bit for bit. What a robot in it remembers besides is in `SimulatedRobot.save`."""
+"""Save and restore a world, bit for bit. `SimulatedRobot.save` covers what a robot in it remembers besides."""
 
 import mujoco
 import numpy as np
@@ -12,8 +12,11 @@ _WARNINGS = int(mujoco.mjtWarning.mjNWARNING)
 
 
 def save_state(world: World) -> Float[np.ndarray, "s"]:
-    """Everything that decides the world's future, as one array: MuJoCo's integration state, each object's Presence,
-    MuJoCo's counts of warnings, by which the watchdog tells that a simulation diverged, and what sleeps.
+    """Return everything that decides the world's future, as one array.
+
+    It holds MuJoCo's integration state, each object's Presence, MuJoCo's counts of warnings, by which the watchdog
+    detects
+    a diverged simulation, and what sleeps.
     """
     state = np.empty(mujoco.mj_stateSize(world.model, _PARTS))
     mujoco.mj_getState(world.model, world.data, state, _PARTS)
@@ -23,15 +26,17 @@ def save_state(world: World) -> Float[np.ndarray, "s"]:
 
 
 def refresh(world: World) -> None:
-    """Forgets how the world got into its state, of which MuJoCo remembers more where objects may sleep: what follows is
-    what follows from a restored copy of it.
+    """Forget how the world got into its state, so that it continues as a restored copy would.
+
+    If objects may sleep, MuJoCo remembers more of that.
     """
     restore_state(world, save_state(world))
 
 
 def restore_state(world: World, state: Float[np.ndarray, "s"]) -> None:
-    """Puts a world into a state saved from it, or from one built alike, maybe in another process. Raises InputError for
-    one of another size.
+    """Restore a state saved from this world, or from one built alike, maybe in another process.
+
+    Raises InputError for a state of another size.
     """
     size = mujoco.mj_stateSize(world.model, _PARTS)
     ends = np.cumsum([size, world.object_count, _WARNINGS, world.model.ntree])
@@ -45,7 +50,7 @@ def restore_state(world: World, state: Float[np.ndarray, "s"]) -> None:
     world.presence[:] = state[size : ends[1]].astype(np.uint8)
     for warning, number in zip(world.data.warning, state[ends[1] : ends[2]], strict=True):
         warning.number = int(number)
-    # Of what sleeps nothing is computed any more: its poses have to be up to date before.
+    # Nothing is computed for sleeping bodies: their poses have to be up to date before.
     world.wake()
     world.update_position_stage()
     put_to_sleep(world.model, world.data, state[ends[2] :].astype(int))

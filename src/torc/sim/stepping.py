@@ -1,4 +1,4 @@
-"""Running the world on in control periods, with the watchdog and an observer beside it."""
+"""Run the world in control periods, with the watchdog and an observer."""
 
 from collections.abc import Callable
 
@@ -8,21 +8,23 @@ from torc.sim.simulated_world import World
 from torc.sim.watchdog import Watchdog
 
 Observer = Callable[[World], None]
-"""Looks at the world now and then, e.g. to record a video; must change nothing."""
+"""Observes the world at intervals, e.g. to record a video; must change nothing."""
 
 
 _CONTROL_S = 0.004
-"""Time between two commands to the servos, and between two looks at contact forces."""
+"""Time between two commands to the servos, and between two readings of contact forces."""
 _WATCHDOG_S, _OBSERVER_S = 0.02, 1.0 / 25.0
 
 
 StepperState = tuple[int, float | None]
-"""What a stepper remembers: how many control periods went by, which decides when the watchdog looks next, and since
-when two bodies have been too deep in each other (None if they are not)."""
+"""What a stepper remembers: the number of control periods so far, which schedules the watchdog, and since when two
+bodies
+have been too deep in each other (None if they are not).
+"""
 
 
 class Stepper:
-    """Steps a world. The only thing that advances time while a robot works."""
+    """Steps a world. Nothing else advances time while a robot works."""
 
     def __init__(self, world: World, observer: Observer | None = None) -> None:
         self.world, self._observer = world, observer
@@ -36,7 +38,7 @@ class Stepper:
         self._count = 0
 
     def step(self) -> None:
-        """One control period. Raises PhysicsError if the simulation broke."""
+        """Run one control period. Raises PhysicsError if the simulation broke."""
         mujoco.mj_step(self.world.model, self.world.data, nstep=self._steps)
         self._count += 1
         if self._count % self._watch_every == 0:
@@ -45,14 +47,14 @@ class Stepper:
             self._observer(self.world)
 
     def save(self) -> StepperState:
-        """What it remembers now."""
+        """Return the stepper's memory."""
         return self._count, self._watchdog.deep_since_s
 
     def restore(self, state: StepperState) -> None:
-        """Go on as from then; the world must be as it was then, too."""
+        """Continue from a saved memory; the world must be in its state of that time, too."""
         self._count, self._watchdog.deep_since_s = state
 
     def run(self, seconds: float) -> None:
-        """Several control periods with the servos' commands as they are."""
+        """Run several control periods with the servos' commands unchanged."""
         for _ in range(max(1, round(seconds / self.period_s))):
             self.step()

@@ -1,8 +1,8 @@
-"""What an active stereo camera sees: two infrared pictures of a scene under projected dots.
+"""Simulate an active stereo camera: two infrared pictures of a scene under projected dots.
 
 The projector sits midway between the cameras, as in an Intel RealSense D400. Each pixel's brightness is its albedo
-under room light and under the dots, both falling off as on a matte surface; dots do not reach what lies in the
-projector's shadow. Shot and read noise follow, as on a sensor.
+under room light and under the dots, both falling off as on a matte surface; dots do not reach the projector's shadow.
+Shot and read noise follow, as on a sensor.
 """
 
 from dataclasses import dataclass
@@ -23,8 +23,8 @@ class StereoRig:
 
     Attributes:
         baseline_m: distance of the cameras; .095 as in a RealSense D455.
-        dots: how bright the dots are where they hit a white surface squarely at 1 m, as a share of full scale.
-        light: how bright a white surface is in the room's light.
+        dots: brightness of the dots on a white surface hit squarely at 1 m, as a share of full scale.
+        light: brightness of a white surface in the room's light.
         shot_noise, read_noise: standard deviations: of a full-scale pixel's photon noise, and of the read-out; shares
             of full scale.
     """
@@ -43,10 +43,10 @@ class StereoRig:
 
 
 _TANGENT = 1.2
-"""The dots cover this far from the projector's axis, as the tangent of the angle."""
+"""The dots reach this far from the projector's axis, as the tangent of the angle."""
 _PATTERN_PX, _DOTS = 2048, 26_000
 _SHADOW_M = 0.012
-"""What lies this far behind what the projector hits first is in shadow."""
+"""A surface this far behind the first one that the projector hits is in shadow."""
 
 
 def stereo_pair(
@@ -56,8 +56,10 @@ def stereo_pair(
     K: np.ndarray,
     rng: np.random.Generator,
 ) -> StereoPair:
-    """The pair, from what an ideal camera sees at the left and at the right place: colour, and depth along the optical
-    axis in metres (0: nothing)."""
+    """Make the pair from an ideal camera's views at the left and at the right place.
+
+    They are colour, and depth along the optical axis in metres (0: nothing).
+    """
     # The projector sees from midway: the left camera lies at -b/2 of it, the right one at +b/2.
     clouds = [_Cloud(d, K, shift * rig.baseline_m) for d, shift in zip(depth_m, (-0.5, 0.5))]
     nearest = _nearest_for_projector(clouds)
@@ -68,8 +70,7 @@ def stereo_pair(
 
 
 class _Cloud:
-    """What a camera sees, in the projector's frame: points, and their directions as tangents / _TANGENT (2 where there
-    is no depth)."""
+    """A camera's view in the projector's frame: points, and their directions as tangents / _TANGENT (2 without depth)."""
 
     def __init__(self, depth_m: Float32[np.ndarray, "h w"], K: np.ndarray, shift_m: float) -> None:
         h, w = depth_m.shape
@@ -82,13 +83,13 @@ class _Cloud:
         self.down = np.where(there, y, np.float32(2 * _TANGENT)) / np.float32(_TANGENT)
 
     def cells(self, px: int) -> tuple[Float32[np.ndarray, "h w"], Float32[np.ndarray, "h w"]]:
-        """Column and row in a picture of the projector's, of px * px pixels."""
+        """Return column and row in a picture from the projector, of px * px pixels."""
         half = np.float32(0.5 * px)
         return (self.across + 1) * half, (self.down + 1) * half
 
 
 def _nearest_for_projector(clouds: list[_Cloud]) -> Float32[np.ndarray, "n n"]:
-    """Depth of what the projector hits first, by direction: from all that either camera sees."""
+    """Return depth of what the projector hits first, by direction: from all that either camera sees."""
     px = 320
     nearest = np.full(px * px, np.inf, np.float32)
     for cloud in clouds:
@@ -127,7 +128,7 @@ def _lit(cloud: _Cloud, nearest: Float32[np.ndarray, "n n"]) -> Bool[np.ndarray,
 
 @njit(cache=True)
 def _facing(cloud: Float32[np.ndarray, "h w 3"]) -> Float32[np.ndarray, "h w"]:
-    """Cosine of the angle at which light from the projector arrives; normals by central differences."""
+    """Return the cosine of the angle at which light from the projector arrives; normals by central differences."""
     h, w, _ = cloud.shape
     cosine = np.zeros((h, w), np.float32)
     across, down = np.empty(3, np.float32), np.empty(3, np.float32)
@@ -150,7 +151,7 @@ def _facing(cloud: Float32[np.ndarray, "h w 3"]) -> Float32[np.ndarray, "h w"]:
 
 @cache
 def _pattern() -> Float32[np.ndarray, "n n"]:
-    """Dots at random places, the same for every camera of the kind."""
+    """Return dots at random places, identical for every camera of this type."""
     rng = np.random.default_rng(455)
     picture = np.zeros((_PATTERN_PX, _PATTERN_PX), np.float32)
     rows, columns = rng.integers(0, _PATTERN_PX, (2, _DOTS))

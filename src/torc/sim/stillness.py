@@ -1,4 +1,4 @@
-"""Whether a settled scene stays as it is: slow topples and creeping piles show only after seconds."""
+"""Check whether a settled scene stays still: slow topples and creeping piles show only after seconds."""
 
 from dataclasses import dataclass
 
@@ -15,8 +15,9 @@ class StillnessConfig:
 
     Attributes:
         distance_m, angle_rad: no object may move or turn further from where it was at the start.
-        early_s: after this time the watch ends as soon as what every object has moved, plus `safety` times what it
-            would still move at the pace of the last `pace_s`, is within the limits.
+        early_s: after this time the watch ends as soon as every object's motion so far, plus `safety` times the
+            expected
+            rest at the pace of the last `pace_s`, is within the limits.
     """
 
     distance_m: float = 0.002
@@ -30,9 +31,7 @@ class StillnessConfig:
 
 @dataclass(frozen=True)
 class StillnessReport:
-    """What was seen of a scene left to itself: how far each object moved and turned (0 for those not in the scene), and
-    which left the table.
-    """
+    """A scene left to itself: how far each object moved and turned (0 if not in the scene), and which left the table."""
 
     still: bool
     watched_s: float
@@ -52,7 +51,7 @@ class StillnessReport:
 
 
 def watch_stillness(world: World, config: StillnessConfig | None = None) -> StillnessReport:
-    """Runs a world on until an object has moved too far, or the time is up. Raises PhysicsError."""
+    """Run a world until an object has moved too far, or the time is up. Raises PhysicsError."""
     config = config or StillnessConfig()
     began, positions, wxyz, on_table = world.time_s, world.positions, world.wxyz, set(world.on_table())
     limits = np.array([config.distance_m, config.angle_rad])
@@ -79,7 +78,7 @@ def watch_stillness(world: World, config: StillnessConfig | None = None) -> Stil
 def _moved(
     world: World, positions: Float[np.ndarray, "n 3"], wxyz: Float[np.ndarray, "n 4"]
 ) -> Float[np.ndarray, "2 n"]:
-    """Distance and angle of each object from where it was."""
+    """Return distance and angle of each object from where it was."""
     cosine = np.clip(np.abs(np.sum(world.wxyz * wxyz, axis=1)), 0.0, 1.0)
     moved = np.stack([np.linalg.norm(world.positions - positions, axis=1), 2.0 * np.arccos(cosine)])
     return np.where(world.present, moved, 0.0)

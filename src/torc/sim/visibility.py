@@ -1,5 +1,6 @@
-"""How much of each object a camera sees, and what hides the rest of it, counted in pixels. By rays and never by GL, so
-that the counts are the same on every machine.
+"""Count how many pixels of each object a camera sees, and what hides the others.
+
+Always by rays, never by GL, so that the counts are equal on every machine.
 """
 
 from dataclasses import dataclass
@@ -28,7 +29,7 @@ class Visibility:
     """Pixels of each object in one camera's image.
 
     Attributes:
-        pixels_alone: with all other objects taken away.
+        pixels_alone: with all other objects removed.
         hidden_by: [k, j]: pixels in which object k would show alone, and object j shows in its place.
     """
 
@@ -38,15 +39,16 @@ class Visibility:
 
     @property
     def fractions(self) -> Float[np.ndarray, "n"]:
-        """Visible share of each object, 0..1; 0 for an object outside of the image."""
+        """Visible share of each object, 0..1; 0 for an object outside the image."""
         return self.pixels / np.maximum(self.pixels_alone, 1)
 
 
 def measure_visibility(
     world: World, mount: CameraMount, label_image: Int16[np.ndarray, "h w"] | None = None
 ) -> Visibility:
-    """Counts the pixels of every object in the scene, and alone; the robot hides objects too. The world is as before
-    afterwards. `label_image` is the camera's image of it as it is now, by rays, if there is one already.
+    """Count the pixels of every object in the scene, and alone; the robot hides objects too.
+
+    The world is unchanged afterwards. `label_image` is the camera's present image by rays, if it exists already.
     """
     windows = [_window(world, i, mount) for i in range(world.object_count)]
     present = [int(i) for i in np.flatnonzero(world.present)]
@@ -59,7 +61,7 @@ def measure_visibility(
         world.park(i, Presence.DROPPED)
     for i in present:
         world.unpark(i, positions[i], wxyz[i])
-        # Where an object shows in the scene it shows alone, too: no rays there.
+        # Where an object shows in the scene it also shows alone: no rays there.
         shows = seen == i
         hidden = _labels(world, mount, windows[i], skip=shows) == i
         alone[i] = np.count_nonzero(shows) + np.count_nonzero(hidden)
@@ -70,14 +72,14 @@ def measure_visibility(
 
 
 def _counts(labels: Int16[np.ndarray, "..."], objects: int) -> Int[np.ndarray, "n"]:
-    """How many of the labels are each object's."""
+    """Count each object's labels."""
     return np.bincount(labels[labels >= 0].astype(np.int64), minlength=objects)
 
 
 def _labels(
     world: World, mount: CameraMount, window: _Window, skip: Bool[np.ndarray, "h w"] | None = None
 ) -> Int16[np.ndarray, "h w"]:
-    """Object id per pixel within a window of the image; BACKGROUND outside and where rays are skipped."""
+    """Return the object id per pixel in a window of the image; BACKGROUND outside and where rays are skipped."""
     labels = np.full((mount.height, mount.width), BACKGROUND, np.int16)
     top, bottom, left, right = window
     wanted = np.zeros(labels.shape, dtype=bool)
@@ -92,7 +94,7 @@ def _labels(
 
 
 def _window(world: World, object_id: int, mount: CameraMount) -> _Window:
-    """The part of the image in which an object can be: around the bounding box of its visible surfaces."""
+    """Return the part of the image in which an object can be: around the bounding box of its visible surfaces."""
     vertices = np.concatenate([mesh.vertices for mesh in world.models[object_id].visuals])
     corners = np.array(list(product(*zip(vertices.min(axis=0), vertices.max(axis=0)))), dtype=float)
     T = make_pose(rotation_from_wxyz(world.wxyz[object_id]), world.positions[object_id])

@@ -1,4 +1,4 @@
-"""Noticing that a simulation broke: a trial on broken physics is errored, never scored."""
+"""Detect that a simulation broke: a trial on broken physics is errored, never scored."""
 
 import mujoco
 import numpy as np
@@ -16,12 +16,15 @@ _BELOW_M = 0.10
 
 
 _MAX_SPEED_M_S, _MAX_FALLING_SPEED_M_S = 5.0, 8.0
-"""Of an object on or above the table (an arm moves it at about 1 m/s, a fall of 50 cm at 3); and of one below the table
-top, or above the bin."""
+"""Limits for an object on or above the table (an arm moves it at about 1 m/s, a fall of 50 cm at 3), and for one below
+the
+table top, or above the bin.
+"""
 _MAX_JOINT_SPEED_RAD_S = 60.0
 _MAX_PENETRATION_M, _PENETRATION_S = 0.015, 0.1
-"""Of two bodies into each other, above the table, if it lasts so long. What falls 20 cm onto the table sinks in by 15
-mm for an instant.
+"""Limits for two bodies inside each other, above the table: depth and duration. An object that falls 20 cm onto the
+table
+sinks in by 15 mm for an instant.
 """
 _MAX_IMPACT_PENETRATION_M = 0.04
 """Too deep even for an instant."""
@@ -29,7 +32,7 @@ _PARALLEL = 1e-3
 
 
 class Watchdog:
-    """Looks at a world now and then; a few dozen times per simulated second is enough."""
+    """Checks a world; a few dozen times per simulated second are enough."""
 
     def __init__(self, world: World) -> None:
         self._world = world
@@ -37,13 +40,13 @@ class Watchdog:
         """Since when two bodies have been too deep in each other; None if they are not."""
 
     def check(self) -> None:
-        """One look. Raises PhysicsError for NaN, a body too fast, or two bodies too deep in each other."""
+        """Check once. Raises PhysicsError for NaN, a body too fast, or two bodies too deep in each other."""
         data = self._world.data
         if any(data.warning[int(w)].number for w in _BAD_NUMBERS) or not np.isfinite(data.qpos).all():
             raise PhysicsError(
                 f"The simulation diverged at t = {data.time:.3f} s (NaN or huge numbers). {self._remedy()}"
             )
-        self._check_penetration()  # first: it names what is inside what, also where that made things fly
+        self._check_penetration()  # first: it names what is inside what, even if that made things fly
         self._check_speeds()
 
     def _check_penetration(self) -> None:
@@ -53,7 +56,7 @@ class Watchdog:
             self.deep_since_s = None
             return
         deepest = int(np.argmax(depths))
-        # A restored state may take time back.
+        # A restored state may set time back.
         since = world.time_s if self.deep_since_s is None else min(self.deep_since_s, world.time_s)
         self.deep_since_s = since
         if depths[deepest] > _MAX_IMPACT_PENETRATION_M or world.time_s - since >= _PENETRATION_S:
@@ -64,13 +67,14 @@ class Watchdog:
             )
 
     def _depths(self) -> Float[np.ndarray, "n"]:
-        """How deep the two bodies of each contact are in each other."""
+        """Return how deep the two bodies of each contact are in each other."""
         world, contact = self._world, self._world.data.contact
-        # Below the table things land hard, in the bin and on the floor, and sink in; that hurts nobody.
+        # Below the table, in the bin and on the floor, things land hard and sink in; that is harmless.
         below = contact.pos[:, 2] < world.workspace.support_z_m - _BELOW_M
         depths = np.where(below, 0.0, -contact.dist)
-        # MuJoCo is mistaken about thin pieces now and then, for one instant: a plate and a spatula that touch are 80 mm
-        # inside each other.
+        # MuJoCo occasionally errs about thin pieces for an instant: a plate and a spatula that touch are 80 mm inside
+        # each
+        # other.
         for i in np.flatnonzero(depths > _MAX_PENETRATION_M):
             depths[i] = min(depths[i], greatest_depth(world.model, world.data, contact.geom[i]))
         return depths
@@ -94,7 +98,7 @@ class Watchdog:
             )
 
     def _remedy(self, geoms: Int[np.ndarray, "2"] | None = None) -> str:
-        """What to do; `geoms` are inside each other, where that is what is wrong."""
+        """Return a remedy; `geoms` are inside each other, if that is the fault."""
         if geoms is not None and not (self._world.geom_labels[geoms] >= 0).any():
             return "The trial does not count. If other trials of this robot end so too, change its files."
         return (
@@ -105,8 +109,9 @@ class Watchdog:
 
 
 def greatest_depth(model: mujoco.MjModel, data: mujoco.MjData, geoms: Int[np.ndarray, "2"]) -> float:
-    """Metres by which two geoms can at most be inside each other: so far one need be moved until the boxes around them,
-    along their own axes, are apart (separating axes of two boxes).
+    """Return an upper bound, in metres, on how deep two geoms are inside each other.
+
+    Moving one by this much separates the boxes around them, along their own axes (separating axes of two boxes).
     """
     a, b = (data.geom_xmat[g].reshape(3, 3) for g in geoms)
     across = np.cross(a.T[:, None], b.T[None]).reshape(-1, 3)
@@ -118,7 +123,7 @@ def greatest_depth(model: mujoco.MjModel, data: mujoco.MjData, geoms: Int[np.nda
 
 
 def _may_fall(world: World) -> Bool[np.ndarray, "n"]:
-    """Which objects are where falling is normal: below the table top, or above the bin."""
+    """Return which objects are where falling is normal: below the table top, or above the bin."""
     p, bin_ = world.positions, world.workspace.bin
     over_bin = np.abs(p[:, :2] - bin_.center[:2]) <= 0.5 * np.array(bin_.inner_size[:2]) + bin_.wall_m
     return np.asarray((p[:, 2] < world.workspace.support_z_m - 0.02) | over_bin.all(axis=1))

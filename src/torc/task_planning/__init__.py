@@ -1,1 +1,1 @@
-"""Which object to pick next: relations between objects, the dependency graph, and the planners."""
+"""Choose the next object to pick: relations between objects, the dependency graph, and the planners."""

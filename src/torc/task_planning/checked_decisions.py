@@ -1,4 +1,4 @@
-"""Asking a task planner, which may be anybody's: what it answers is a decision, or the error says what it is."""
+"""Ask any task planner, and check that its answer is a valid decision."""
 
 import json
 import operator
@@ -39,13 +39,13 @@ _HELP = "torc.testing.planner_conformance checks a planner against all rules (do
 
 
 def ask_planner(planner: TaskPlanner, context: PlanningContext, rng: np.random.Generator) -> Decision:
-    """The planner's decision, with plain numbers in place of NumPy's.
+    """Return the planner's decision, with plain numbers in place of NumPy's.
 
     Whether the object can be picked is not judged here: a bad choice is a lost pick, not an error.
 
     Raises:
-        PlannerError: the planner crashed, or its answer is no Decision that could be carried out and logged.
-        TorcError: what the planner raises of its own accord.
+        PlannerError: the planner crashed, or its answer is not a valid Decision.
+        TorcError: the planner raised it.
     """
     with _blamed(planner):
         answer: Any = planner.decide(context, rng)
@@ -62,7 +62,7 @@ def ask_planner(planner: TaskPlanner, context: PlanningContext, rng: np.random.G
 
 
 def rehearse_planner(planner: TaskPlanner, context: PlanningContext) -> None:
-    """Lets a planner that has a `warm_up` use its kernels once. Raises PlannerError if it crashes."""
+    """Run the planner's `warm_up`, if it has one. Raises PlannerError if it crashes."""
     with _blamed(planner):
         TASK_PLANNERS.traits(planner).warm_up(context)
 
@@ -72,7 +72,7 @@ def _blamed(planner: TaskPlanner) -> AbstractContextManager[None]:
 
 
 def decision_faults(answer: Any) -> Iterator[str]:
-    """Why an answer is no decision."""
+    """Yield the reasons why an answer is not a valid decision."""
     if not isinstance(answer, Decision):
         yield f"decide() returned {_kind(answer)}, not a torc.records.Decision"
         return

@@ -1,4 +1,4 @@
-"""DG-SELECT: the object that most probably makes progress, by the dependency graph (paper: Approach 2)."""
+"""DG-SELECT: pick the object that most probably makes progress, by the dependency graph (paper: Approach 2)."""
 
 import heapq
 import math
@@ -23,7 +23,7 @@ from torc.task_planning.paths import PathConfig, SinkProbabilities, rehearse_pat
 from torc.task_planning.relations import RelationConfig, find_relations
 
 _TIE_DIGITS = 9
-"""Probabilities that agree to this many digits are a tie: they differ by rounding only."""
+"""Probabilities that agree to this many digits are a tie: they differ only by rounding."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class DgSelectConfig:
     """Configuration of DG-SELECT.
 
     Attributes:
-        relations: how 'behind' and 'below' are found.
+        relations: settings of the 'behind' and 'below' tests.
         paths: how much work the probabilities may take.
     """
 
@@ -48,19 +48,19 @@ class DgSelectPlanner(TaskPlannerTraits):
         self.config = DgSelectConfig() if config is None else config
 
     def decide(self, context: PlanningContext, rng: np.random.Generator) -> Decision:
-        """The next object to pick, or None if nothing visible has a valid grasp. Draws nothing from rng."""
+        """Return the next object to pick, or None if nothing visible has a valid grasp. Draws nothing from rng."""
         graph = build_dependency_graph(context, self.config.relations)
         return decide_by_graph(graph, context, self.config.paths)
 
     def warm_up(self, context: PlanningContext) -> None:
-        """Use every compiled kernel once, to no effect."""
+        """Run every compiled kernel once and discard the results."""
         find_relations(context.scene, self.config.relations)
         hidden_volumes_m3(context.volume, context.scene.ids)
         rehearse_paths()
 
 
 def graph_probabilities(graph: DependencyGraph, config: PathConfig | None = None) -> SinkProbabilities:
-    """p(sink) from the graph's target; its `sinks` are object ids."""
+    """Return p(sink) from the graph's target; its `sinks` are object ids."""
     by_index = sink_probabilities(graph.weight_matrix(), graph.ids.index(graph.target), config)
     return replace(by_index, sinks=tuple(graph.ids[i] for i in by_index.sinks))
 
@@ -68,11 +68,12 @@ def graph_probabilities(graph: DependencyGraph, config: PathConfig | None = None
 def decide_by_graph(
     graph: DependencyGraph, context: PlanningContext, config: PathConfig | None = None
 ) -> Decision:
-    """The choice that a dependency graph implies, whoever made the graph.
+    """Return the choice that a dependency graph implies, whoever built it.
 
-    In this order: the target, if it is a graspable sink; the most probable sink that is graspable (ties: more
-    valid grasps, then nearer to the camera, then lower id); any graspable object (none that lies below another if
-    possible, then as for ties); no object, if nothing visible is graspable.
+    In this order: the target, if it is a graspable sink; the most probable graspable sink (ties: more valid grasps,
+    then
+    nearer to the camera, then lower id); any graspable object (preferably not below another one, then as for ties); no
+    object, if nothing visible is graspable.
     """
     probabilities = graph_probabilities(graph, config)
     graspable = context.graspable_ids
@@ -109,7 +110,7 @@ def decide_by_graph(
 
 
 def _preference(context: PlanningContext) -> dict[int, tuple[int, float, int]]:
-    """Per visible object what breaks ties, least first: valid grasps (more), distance to the camera, id."""
+    """Return, per visible object, what breaks ties, least first: valid grasps (more), distance to the camera, id."""
     valid = dict(zip(context.report.object_ids, context.report.valid_total.tolist()))
     camera = context.scene.observation.T_world_camera[:3, 3]
     distance = {
@@ -121,7 +122,7 @@ def _preference(context: PlanningContext) -> dict[int, tuple[int, float, int]]:
 def explain(
     graph: DependencyGraph, chosen: int, probability: float, called: Callable[[int], str] = str
 ) -> str:
-    """A sentence that follows the most probable path back from the chosen object to the target.
+    """Return a sentence that follows the most probable path back from the chosen object to the target.
 
     E.g. "Pick 3 (p = 0.62): it blocks 5 of 7 blocked grasps of 2, which stands in front of the target 0."
     `called` names an object by its id.
@@ -134,7 +135,7 @@ def explain(
 
 
 def most_probable_path(graph: DependencyGraph, node_id: int) -> tuple[DependencyEdge, ...]:
-    """The path from the target to a node with the largest product of weights; empty if there is none."""
+    """Return the path from the target to a node with the largest product of weights; empty if there is none."""
     best: dict[int, tuple[float, DependencyEdge | None]] = {graph.target: (0.0, None)}
     queue, done = [(0.0, graph.target)], set()
     while queue:
@@ -156,7 +157,7 @@ def most_probable_path(graph: DependencyGraph, node_id: int) -> tuple[Dependency
 
 
 def _phrase(graph: DependencyGraph, edge: DependencyEdge, called: Callable[[int], str]) -> str:
-    """What the edge's target does to its source."""
+    """Describe what the edge's target does to its source."""
     source = called(edge.source)
     if edge.source == graph.target:
         source = f"the target {source}"

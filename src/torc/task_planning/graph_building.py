@@ -1,4 +1,4 @@
-"""From what a task planner sees to the dependency graph, with the authors' precedence of edges (paper: Approach 2)."""
+"""Build the dependency graph from what a task planner sees, with the authors' precedence (paper: Approach 2)."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -13,9 +13,9 @@ from torc.records.graph import DependencyEdge, DependencyGraph, DependencyNode, 
 from torc.task_planning.relations import RelationConfig, find_relations
 
 _REACH_M = 0.05
-"""How far around what is in sight of the target its hidden part is looked for."""
+"""How far around the visible part of the target its hidden part may be."""
 _WORTH = 0.01
-"""Objects that are the target with a lower probability are not suspected."""
+"""Objects less likely than this to be the target are not suspected."""
 
 
 def build_dependency_graph(
@@ -28,19 +28,21 @@ def build_dependency_graph(
     A node keeps only its 'below' edges if it has any. Otherwise it keeps none if it has a valid grasp; else edges to
     the objects that block its grasps, if any grasp is blocked; else its 'behind' edges. An object whose grasps fail for
     other reasons (out of reach, into the table) gets no blocking edges, since no removal would help them. Grasps held
-    back as
-    unlikely (`Pipeline.min_score`) do not count as valid.
+    back
+    as unlikely (`Pipeline.min_score`) do not count as valid.
 
-    Two rules go beyond the paper. A target in sight without a valid grasp and without edges gets 'hidden by' edges to
-    whatever hides the space around it, since too little of it is in sight. A target that perception has not
-    recognised may be in sight: it 'may be' each visible object with the probability that perception gives
-    (`KnownObject.target_p`),
-    and is hidden with the remaining probability.
+    Two rules go beyond the paper. A visible target without a valid grasp and without edges gets 'hidden by' edges to
+    whatever hides the space around it, since too little of it is in sight. An unrecognised target may be in sight: it
+    'may be' each visible object with the probability that perception gives (`KnownObject.target_p`), and is hidden with
+    the remaining probability.
 
     Args:
         context: what a planner sees. The graph is built once per context and config.
-        config: of the relation test; ignored if `relations` are given.
+        config: settings of the relation test; ignored if `relations` are given.
         relations: 'behind' and 'below' pairs, e.g. corrected by a model; found here if None.
+
+    Returns:
+        The graph: one node per visible object, and one for the target if it is hidden.
 
     Raises:
         InputError: a relation names an object that is not visible.
@@ -76,7 +78,7 @@ def _built(context: PlanningContext, relations: Sequence[DependencyEdge]) -> Dep
 
 
 def _gets_anywhere(target: int, nodes: list[DependencyNode], edges: list[DependencyEdge]) -> bool:
-    """Whether the target can be picked, or waits for something."""
+    """Check whether the target can be picked, or waits for something."""
     return any(n.graspable for n in nodes if n.id == target) or any(e.source == target for e in edges)
 
 
@@ -116,7 +118,7 @@ def _blocking(node: DependencyNode, context: PlanningContext) -> list[Dependency
 
 
 def _hidden_by(context: PlanningContext) -> list[DependencyEdge]:
-    """Edges of the hidden target: by hidden volume; equal ones if no visible object hides anything."""
+    """Return the edges of the hidden target, by hidden volume; equal ones if no visible object hides anything."""
     ids = context.scene.ids
     volumes = hidden_volumes_m3(context.volume, ids)
     if volumes.sum() > 0:
@@ -126,7 +128,7 @@ def _hidden_by(context: PlanningContext) -> list[DependencyEdge]:
 
 
 def _or_in_sight(edges: list[DependencyEdge], scene: SegmentedScene) -> list[DependencyEdge]:
-    """Edges of a hidden target that may also be one of the objects in sight: one to each, of the likelier kind."""
+    """Return the edges of a hidden target that may also be an object in sight: one to each, of the likelier kind."""
     p = {k.id: k.target_p for k in scene.known if k.id in scene.ids and k.target_p >= _WORTH}
     total = sum(p.values())
     if total == 0:
@@ -148,7 +150,7 @@ def _or_in_sight(edges: list[DependencyEdge], scene: SegmentedScene) -> list[Dep
 
 
 def _hides_more_of(target: int, context: PlanningContext) -> list[DependencyEdge]:
-    """Edges of a target of which too little is in sight: by the volume around it that others hide."""
+    """Return the edges of a target of which too little is in sight: by the volume around it that others hide."""
     others = tuple(k for k in context.scene.ids if k != target)
     points = context.scene.object(target).points
     if len(points) == 0:
@@ -157,7 +159,7 @@ def _hides_more_of(target: int, context: PlanningContext) -> list[DependencyEdge
 
 
 def _by_volume(target: int, ids: tuple[int, ...], volumes: np.ndarray) -> list[DependencyEdge]:
-    """Edges in proportion to volumes."""
+    """Return edges in proportion to volumes."""
     return [
         DependencyEdge(
             target,

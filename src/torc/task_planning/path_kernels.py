@@ -33,13 +33,13 @@ def _popcount(x: np.uint64) -> int:
 
 @njit(cache=True, inline="always")
 def _lowest(x: np.uint64) -> int:
-    """Index of the lowest set bit."""
+    """Return the index of the lowest set bit."""
     return _popcount((x & (~x + _ONE)) - _ONE)
 
 
 @njit(cache=True)
 def _closure(start: np.uint64, adjacent: UInt64[np.ndarray, "n"], allowed: np.uint64) -> np.uint64:
-    """Nodes of `allowed` that can be reached from the set `start`, start included."""
+    """Return the nodes of `allowed` that can be reached from the set `start`, which is included."""
     reached = start
     todo = start
     while todo != _ZERO:
@@ -59,7 +59,9 @@ def _still_useful(
     predecessors: UInt64[np.ndarray, "n"],
     exits: np.uint64,
 ) -> np.uint64:
-    """Free nodes that a simple path from w to an exit may still visit, w included; 0 if no exit is within reach."""
+    """Return the free nodes that a simple path from w to an exit may still visit, including w; 0 if no exit is
+    reachable.
+    """
     ahead = _closure(_ONE << np.uint64(w), successors, free)
     if ahead & exits == _ZERO:
         return _ZERO
@@ -70,7 +72,7 @@ def _still_useful(
 def subset_sums(
     weights: Float[np.ndarray, "n n"], successors: UInt64[np.ndarray, "n"], entry: Float[np.ndarray, "n"]
 ) -> tuple[Float[np.ndarray, "n"], int]:
-    """F by dynamic programming over all subsets of nodes, and the number of additions. For few nodes, dense."""
+    """Compute F by dynamic programming over all subsets of nodes, and count the additions. For few nodes, dense."""
     n = len(entry)
     size = 1 << n
     mass = np.zeros((size, n))
@@ -99,7 +101,7 @@ def subset_sums(
 
 @njit(cache=True)
 def _slot(node: int, rest: np.uint64, nodes: np.ndarray, rests: np.ndarray, capacity: int) -> int:
-    """Place of the state (node, rest) in the open-addressing table: its own or a free one (node -1)."""
+    """Return the slot of the state (node, rest) in the open-addressing table: its own or a free one (node -1)."""
     key = (rest ^ (np.uint64(node + 1) * _MIX)) * _MIX
     i = _signed((key ^ (key >> np.uint64(29))) & np.uint64(capacity - 1))
     while nodes[i] >= 0 and (nodes[i] != node or rests[i] != rest):
@@ -119,14 +121,15 @@ def merged_sums(
     work_limit: int,
     capacity: int,
 ) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"], int]:
-    """F by extending paths, merging those whose futures are the same.
+    """Compute F by extending paths, merging those with equal futures.
 
     Two paths that stand at the same node and may still visit the same nodes before an exit have the same future,
-    whatever they visited before: they are one state, their masses add. States are worked off by falling number of
+    whatever they visited before: they are one state, and their masses add. States are processed by falling number of
     nodes still to visit, which shrinks with each step, so each state is expanded once, with its full mass.
 
-    Returns F, the mass that stands unexpanded at each node when the limit (extensions) or the table (states,
-    half of `capacity`, a power of two) is exhausted, all zero otherwise, and the extensions done.
+    Returns:
+        F; the mass left unexpanded at each node when the limit (extensions) or the table (states, half of `capacity`, a
+        power of two) is exhausted, otherwise all zero; and the extensions done.
     """
     n = len(entry)
     total = np.zeros(n)
@@ -215,9 +218,9 @@ def best_first_sums(
     entry: Float[np.ndarray, "n"],
     work_limit: int,
 ) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"], int]:
-    """F of the paths with the largest mass: path prefixes are extended in that order, without merging.
+    """Compute F of the paths with the largest mass: path prefixes are extended in that order, without merging.
 
-    Returns as `merged_sums` does; the sums are complete when nothing is left waiting.
+    Returns as `merged_sums` does; the sums are complete when no mass is left unexpanded.
     """
     n = len(entry)
     total = np.zeros(n)

@@ -1,4 +1,4 @@
-"""Which edges of a graph a simple path from a source to a sink can use at all, and the parts that remain.
+"""Find the edges that a simple path from a source to a sink can use, and the parts that remain.
 
 Node sets are Python integers used as bit sets, so graphs may have any size.
 """
@@ -9,11 +9,11 @@ import numpy as np
 from jaxtyping import Float
 
 Bits = list[int]
-"""Per node the set of its neighbours, bit k for node k."""
+"""Per node, the set of its neighbours; bit k for node k."""
 
 
 def members(bits: int) -> list[int]:
-    """The nodes of a set, rising."""
+    """Return the nodes of a set, rising."""
     out = []
     while bits:
         low = bits & -bits
@@ -23,7 +23,7 @@ def members(bits: int) -> list[int]:
 
 
 def reach(start: int, adjacent: Bits) -> int:
-    """All nodes that can be reached from the set `start`, start included."""
+    """Return all nodes that can be reached from the set `start`, which is included."""
     reached = todo = start
     while todo:
         low = todo & -todo
@@ -34,7 +34,7 @@ def reach(start: int, adjacent: Bits) -> int:
 
 
 def neighbours(weights: Float[np.ndarray, "n n"]) -> tuple[Bits, Bits]:
-    """Successors and predecessors per node."""
+    """Return successors and predecessors per node."""
     n = len(weights)
     forward, backward = [0] * n, [0] * n
     for i, j in zip(*np.nonzero(weights)):
@@ -44,11 +44,11 @@ def neighbours(weights: Float[np.ndarray, "n n"]) -> tuple[Bits, Bits]:
 
 
 def dominators(root: int, order: Sequence[int], backward: Bits) -> Bits:
-    """Per node of `order` the nodes that lie on every path from the root to it, itself included.
+    """Return, per node of `order`, the nodes that lie on every path from the root to it, itself included.
 
     Args:
-        root: node that all nodes in `order` can be reached from.
-        order: the nodes to consider, any order; close to breadth-first converges fastest.
+        root: node from which all nodes in `order` can be reached.
+        order: the nodes to consider, in any order; close to breadth-first converges fastest.
         backward: predecessors, none outside of `order`.
     """
     everything = sum(1 << v for v in order)
@@ -71,13 +71,14 @@ def dominators(root: int, order: Sequence[int], backward: Bits) -> Bits:
 
 
 def trim(weights: Float[np.ndarray, "n n"], source: int, sinks: Sequence[int]) -> Float[np.ndarray, "n n"]:
-    """The weights with every edge zero that cannot lie on a simple path from the source to a sink, as far as
-    reachability and dominators tell.
+    """Zero every edge that cannot lie on a simple path from the source to a sink, judged by reachability and
+    dominators.
 
     An edge goes if one of its ends is out of the source's reach or cannot reach a sink. The edge u -> d goes if d
     is on every way from the source to u: a path that came to u has already been at d. The edge d -> u goes if d is
-    on every way from u to a sink: the path would have to come back to d. (What would be complete is NP-hard: two
-    disjoint paths.) Repeated until nothing changes.
+    on every way from u to a sink: the path would have to come back to d. Repeated until nothing changes. (A complete
+    test
+    is NP-hard: two disjoint paths.)
     """
     w = weights.copy()
     while True:
@@ -128,11 +129,11 @@ def _breadth_first(root: int, adjacent: Bits) -> list[int]:
 
 
 def strong_parts(weights: Float[np.ndarray, "n n"], nodes: int) -> list[list[int]]:
-    """Strongly connected parts of the nodes, each before all parts that it leads to."""
+    """Return the strongly connected parts of the nodes, each before all parts that it leads to."""
     forward, backward = neighbours(weights)
     ahead = {v: reach(1 << v, forward) & nodes for v in members(nodes)}
     parts, left = [], nodes
-    # A node that reaches more comes no later than what it reaches; equals are of one part or unrelated.
+    # A node that reaches more comes no later than what it reaches; equals belong to one part or are unrelated.
     for v in sorted(ahead, key=lambda v: (-ahead[v].bit_count(), v)):
         if left >> v & 1:
             part = ahead[v] & reach(1 << v, backward) & left

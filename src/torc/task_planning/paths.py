@@ -1,16 +1,16 @@
-"""Probability of each sink: the sum over all simple paths from the target of the product of edge weights.
+"""Compute the probability of each sink: the sum over all simple paths from the target of the product of edge weights.
 
 That is the paper's measure of progress (Approach 2). Enumerating simple paths takes time exponential in the size of
 the graph; the general problem is #P-hard. Here the same sum is found without enumeration:
 
 1. edges that no simple path can use are dropped (reachability and dominators, `path_trimming`), which breaks most
    cycles;
-2. a simple path goes through the strongly connected parts of what is left one after another and never comes back,
-   so the parts are solved one by one, each with the mass that flows in;
+2. a simple path goes through the remaining strongly connected parts one after another and never comes back, so the
+   parts are solved one by one, each with the mass that flows in;
 3. inside a part, paths with the same future are merged (`path_kernels`).
 
-Where a part is too large for the stated amount of work, the answer is an interval that certainly holds the sum, and
-says so. It is never an approximation passed off as the sum.
+If a part is too large for the stated amount of work, the answer is an interval that certainly holds the sum, and is
+marked as one. It is never an approximation passed off as the sum.
 """
 
 from dataclasses import dataclass
@@ -31,12 +31,13 @@ _ADDITION = 0.1
 
 @dataclass(frozen=True)
 class PathConfig:
-    """How much work the sum may take; amounts, not times, so that a result never depends on the machine.
+    """How much work the sum may take, in amounts, not times, so that a result never depends on the machine.
 
     Attributes:
         work_limit: path extensions in all (about 0.1-0.3 us each). Raise it if answers come back inexact and time
             does not matter.
-        state_capacity: places for merged states of one part, a power of two; half of them are used, 21 bytes each.
+        state_capacity: table size for merged states of one part, a power of two; half of it is used, 21 bytes per
+            state.
         subset_nodes: dense parts of up to this many nodes are solved over all their subsets (2**n * n numbers).
     """
 
@@ -64,7 +65,7 @@ class SinkProbabilities:
     Attributes:
         sinks: node indices without outgoing edges, rising.
         lower, upper: certain bounds of each sink's sum.
-        exact: whether the sums are exact (to rounding).
+        exact: True if the sums are exact (to rounding).
         bound_hit: which limit was hit, in words; empty if exact.
         work: path extensions done.
     """
@@ -77,22 +78,23 @@ class SinkProbabilities:
     work: int
 
     def __getitem__(self, sink: int) -> float:
-        """The sum of one sink; its lower bound where it is not exact."""
+        """Return the sum of one sink; its lower bound if it is not exact."""
         return self.lower[self.sinks.index(sink)]
 
     @property
     def lost(self) -> float:
-        """Mass that ends at no sink: simple paths that run into a cycle without a way out. An upper bound where
-        the sums are not exact."""
+        """Mass that ends at no sink, of simple paths into a cycle without a way out; an upper bound if the sums are
+        inexact.
+        """
         return max(0.0, 1.0 - sum(self.lower))
 
     @property
     def decided(self) -> bool:
-        """Whether the most probable sink is certain: no other one can exceed it."""
+        """True if the most probable sink is certain: no other one can exceed it."""
         return self.decided_among(self.sinks)
 
     def decided_among(self, sinks: tuple[int, ...]) -> bool:
-        """Whether the most probable of these sinks is certain; True if there are none."""
+        """Check whether the most probable of these sinks is certain; True if there are none."""
         index = [self.sinks.index(s) for s in sinks]
         if self.exact or len(index) < 2:
             return True
@@ -103,15 +105,16 @@ class SinkProbabilities:
 def sink_probabilities(
     weights: Float[np.ndarray, "n n"], source: int, config: PathConfig | None = None
 ) -> SinkProbabilities:
-    """Sum over all simple paths from the source to each sink of the product of the weights on the path.
+    """Return the sum over all simple paths from the source to each sink of the product of the weights on the path.
 
     Args:
-        weights: weights[i, j] of the edge i -> j, 0 where there is none; each row sums to at most 1. Rows without
-            weight are sinks.
+        weights: weights[i, j] of the edge i -> j, 0 for no edge; each row sums to at most 1. Rows without weight are
+            sinks.
         source: where all paths start; a source without edges is itself the sink, with probability 1.
         config: limits; see PathConfig.
 
-    Raises InputError for weights that are negative, not finite, or sum to more than 1.
+    Raises:
+        InputError: weights are negative, not finite, or sum to more than 1.
     """
     config = PathConfig() if config is None else config
     weights = _checked(weights, source)
@@ -140,7 +143,7 @@ def sink_probabilities(
 
 
 def rehearse_paths() -> None:
-    """Use every kernel once: a cycle in which the first method gives up, so that each of the two others goes on."""
+    """Run every kernel once, on a cycle in which the first method gives up and each of the other two takes over."""
     weights = np.full((6, 6), 0.2)
     np.fill_diagonal(weights, 0.0)
     weights[5] = 0.0
@@ -162,7 +165,8 @@ def _checked(weights: np.ndarray, source: int) -> np.ndarray:
 def _through_part(
     w: np.ndarray, part: list[int], lower: np.ndarray, upper: np.ndarray, config: PathConfig, work_left: int
 ) -> tuple[np.ndarray, np.ndarray, int, str]:
-    """Bounds of the mass of all simple paths that end at each node of the part, the work done, the bound hit.
+    """Return bounds of the mass of all simple paths that end at each node of the part, the work done, and the bound
+    hit.
 
     `lower` and `upper` hold, at the part's nodes, the mass that flows in.
     """
@@ -174,7 +178,7 @@ def _through_part(
     total, waiting, work, hit = _sums(inner, leaves, entry, config, work_left)
     top = total + waiting @ _first_visits(inner) if hit else total
     if np.any(upper[part] > entry):
-        # The sums are linear in the mass that flows in, so what is uncertain there is sent through separately.
+        # The sums are linear in the mass that flows in, so uncertain inflow is sent through separately.
         more, more_waiting, more_work, more_hit = _sums(
             inner, leaves, upper[part] - entry, config, work_left - work
         )
@@ -186,7 +190,7 @@ def _through_part(
 def _sums(
     inner: np.ndarray, leaves: np.ndarray, entry: np.ndarray, config: PathConfig, work_left: int
 ) -> tuple[np.ndarray, np.ndarray, int, str]:
-    """Sums inside one part, the mass left waiting, the work, and the bound hit in words."""
+    """Return the sums inside one part, the mass left waiting, the work, and the bound hit in words."""
     n = len(inner)
     nothing = np.zeros(n)
     if n > MAX_NODES:
@@ -202,7 +206,7 @@ def _sums(
         total, additions = subset_sums(inner, successors, entry)
         return total, nothing, work + int(additions * _ADDITION), ""
     if waiting.any():
-        # Large masses first bounds the rest best; merging is no help any more.
+        # Large masses first bounds the rest best; merging no longer helps.
         limit = max(1, work_left - work)
         total, waiting, more = best_first_sums(inner, successors, predecessors, exits, entry, limit)
         work += more
@@ -220,7 +224,9 @@ def _sums(
 
 
 def _first_visits(inner: np.ndarray) -> Float[np.ndarray, "n n"]:
-    """[v, x]: probability that a random walk from v ever visits x, inside the part: at least the sum over the
-    simple paths from v to x, which are the walks that visit no node twice."""
+    """Return [v, x]: the probability that a random walk from v ever visits x, inside the part.
+
+    It is at least the sum over the simple paths from v to x, which are the walks that visit no node twice.
+    """
     visits = np.linalg.inv(np.eye(len(inner)) - inner)
     return np.clip(visits / np.diag(visits), 0.0, 1.0) + _ROUNDING

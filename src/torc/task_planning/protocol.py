@@ -1,4 +1,4 @@
-"""What a task planner is: one method that names the next object to pick."""
+"""The protocol of task planners: one method that names the next object to pick."""
 
 from typing import Protocol, runtime_checkable
 
@@ -13,13 +13,14 @@ class TaskPlanner(Protocol):
 
     `torc.testing.planner_conformance` checks an implementation against these rules:
 
-    - `decide` names an object that is visible and has a valid grasp, or None when it found no such choice;
-    - it asks its chooser (a model, a person) at most MAX_ATTEMPTS times, and says how often in `attempts`;
+    - `decide` names a visible object with a valid grasp, or None if it found no such choice;
+    - it asks its chooser (a model, a person) at most MAX_ATTEMPTS times, and reports how often in `attempts`;
     - all its randomness comes from `rng`; the context is read only;
     - `evidence.notes` is plain data that `json.dumps` accepts.
 
-    A planner with numba kernels of its own may have a second method, `warm_up(context)`: it is called before a trial,
-    with a made-up context, to use each kernel once, so that no compilation counts as the time of a decision.
+    A planner with its own numba kernels may have a second method, `warm_up(context)`: it is called before a trial with
+    a
+    made-up context, to run each kernel once, so that compilation never counts as decision time.
     """
 
     @property
@@ -28,9 +29,9 @@ class TaskPlanner(Protocol):
         ...
 
     def decide(self, context: PlanningContext, rng: np.random.Generator) -> Decision:
-        """The next object to pick, and why."""
+        """Return the next object to pick, and why."""
         ...
 
 
 MAX_ATTEMPTS = 3
-"""How often a chooser may be asked per pick; then the pick is lost (the authors' rule)."""
+"""How often a chooser may be asked per pick before the pick is lost (the authors' rule)."""

@@ -1,6 +1,6 @@
-"""RANDOM: the target if it can be picked, else any object that can (paper: Approach 0).
+"""RANDOM: pick the target if it is graspable, else any graspable object (paper: Approach 0).
 
-The authors' software takes a graspable target at once; that is what their table measures, so it is done here too.
+The authors' software takes a graspable target at once; their table measures that, so it is done here too.
 """
 
 import numpy as np
@@ -15,7 +15,7 @@ class RandomPlanner(TaskPlannerTraits):
     name = "random"
 
     def decide(self, context: PlanningContext, rng: np.random.Generator) -> Decision:
-        """The next object to pick, or None if nothing visible has a valid grasp."""
+        """Return the next object to pick, or None if nothing visible has a valid grasp."""
         graspable, target = context.graspable_ids, context.scene.target_id
         if not graspable:
             return Decision(None, "No visible object has a valid grasp.")

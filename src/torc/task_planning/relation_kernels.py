@@ -1,4 +1,4 @@
-"""Compiled passes over label and depth images that measure how neighbouring masks meet."""
+"""Measure how neighbouring masks meet, in compiled passes over label and depth images."""
 
 import numpy as np
 from jaxtyping import Float, Float32, Int16, Int32, Int64, UInt64
@@ -11,10 +11,10 @@ _ZERO, _ONE = np.uint64(0), np.uint64(1)
 def nearby_labels(
     label: Int16[np.ndarray, "h w"], known: np.uint64, offsets: Int64[np.ndarray, "m 2"]
 ) -> UInt64[np.ndarray, "h w"]:
-    """Per pixel the known labels within the disk of offsets, as bits: the masks that reach it once dilated.
+    """Return, per pixel, the known labels within the disk of offsets, as bits: the masks that reach it once dilated.
 
-    Only pixels at the edge of a mask are spread. That is enough for every pixel outside of the mask: the nearest
-    pixel of the mask is one of its edge.
+    Only pixels at the edge of a mask are spread. That suffices for every pixel outside the mask: the mask's nearest
+    pixel is on its edge.
     """
     height, width = label.shape
     near = np.zeros((height, width), np.uint64)
@@ -50,7 +50,7 @@ def _rests_under(
     focal_px: float,
     depth_m: float,
 ) -> bool:
-    """Whether the closest point of the other object is within the distance and above this pixel's point."""
+    """Check whether the closest point of the other object is within the distance and above this pixel's point."""
     height, width = label.shape
     p = points[index[row, col]]
     reach = int(np.ceil(closeness_m * focal_px / depth_m)) + 1
@@ -81,8 +81,11 @@ def measure_boundaries(
     closeness_samples: float,
     upright_cos: float,
 ) -> tuple[Int64[np.ndarray, "k k"], Float[np.ndarray, "k k"], Int64[np.ndarray, "k k"]]:
-    """For labels a, b: how many pixels of a with a depth lie within the disk of b, the sum of their depths, and how
-    many of them support "a is below b"."""
+    """Measure, for labels a and b, the pixels of a with a depth that lie within the disk of b.
+
+    Returns:
+        Their number, the sum of their depths, and how many of them support "a is below b".
+    """
     height, width = label.shape
     count = np.zeros((64, 64), np.int64)
     depth_sum = np.zeros((64, 64))

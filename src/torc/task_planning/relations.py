@@ -1,8 +1,8 @@
-"""Which object is behind or below which, from masks and depth alone (paper: Approach 2, steps 1-3).
+"""Find which object is behind or below which, from masks and depth alone (paper: Approach 2, steps 1-3).
 
 Masks that touch once dilated are neighbours. Of two neighbours the one whose boundary is farther away, on average,
-is 'behind' the other. The pair is 'below' instead where enough boundary points of one object face upwards, are close
-to the other object, and lie lower than the point of it that is closest.
+is 'behind' the other. The pair is 'below' instead if enough boundary points of one object face upwards, are close
+to the other object, and lie lower than its closest point.
 """
 
 from dataclasses import dataclass
@@ -28,11 +28,13 @@ class RelationConfig:
     Attributes:
         dilation_px: radius of the disk that dilates masks, at 1080 image rows; scaled to the image's height.
         min_dilation_px: least radius after scaling.
-        min_support: boundary points that must support 'below' (more than this), at 1080 image rows; scaled by the
-            square of the image's height, as the number of pixels on a patch of surface.
+        min_support: 'below' needs more supporting boundary points than this, at 1080 image rows; scaled by the square
+            of
+            the image's height, as the number of pixels on a patch of surface.
         closeness_m: distance within which a point of the other object counts as close.
-        closeness_samples: close, too, is what lies within this many pixel widths on the surface: coarse images
-            have no two points of touching objects within 6 mm where the surface is seen at a slant.
+        closeness_samples: a point within this many pixel widths on the surface is also close: in coarse images,
+            touching
+            objects have no two points within 6 mm where the surface is seen at a slant.
         upright_cos: least z of a unit normal that faces upwards; cos 45 deg.
     """
 
@@ -55,7 +57,7 @@ class Adjacency:
     Attributes:
         pixels: boundary pixels with a depth, of first and second.
         mean_depth_m: their mean depth.
-        below_support: boundary points of first that support 'first is below second', and the other way round.
+        below_support: boundary points of first that support 'first is below second', and vice versa.
     """
 
     first: int
@@ -66,17 +68,17 @@ class Adjacency:
 
 
 def dilation_radius_px(rows: int, config: RelationConfig) -> float:
-    """Radius of the dilating disk for an image of that height."""
+    """Return the radius of the dilating disk for an image of that height."""
     return max(config.min_dilation_px, config.dilation_px * rows / _AUTHORS_ROWS)
 
 
 def needed_support(rows: int, config: RelationConfig) -> float:
-    """'Below' needs more boundary points than this in an image of that height."""
+    """Return the number of boundary points that 'below' must exceed in an image of that height."""
     return config.min_support * (rows / _AUTHORS_ROWS) ** 2
 
 
 def find_adjacencies(scene: SegmentedScene, config: RelationConfig | None = None) -> tuple[Adjacency, ...]:
-    """All pairs of visible objects whose masks meet, with depth on both sides, by rising ids."""
+    """Return all pairs of visible objects whose masks meet, with depth on both sides, by rising ids."""
     config = RelationConfig() if config is None else config
     return once(scene, ("adjacencies", config), lambda: _adjacencies(scene, config))
 
@@ -112,7 +114,7 @@ def _adjacencies(scene: SegmentedScene, config: RelationConfig) -> tuple[Adjacen
 
 
 def behind_candidates(adjacencies: tuple[Adjacency, ...]) -> tuple[DependencyEdge, ...]:
-    """The 'behind' pairs by depth alone, before any is corrected to 'below'. Pairs at equal depth have none."""
+    """Return the 'behind' pairs by depth alone, before any is corrected to 'below'. Pairs at equal depth have none."""
     found = []
     for pair in adjacencies:
         a, b = pair.mean_depth_m
@@ -122,7 +124,7 @@ def behind_candidates(adjacencies: tuple[Adjacency, ...]) -> tuple[DependencyEdg
 
 
 def find_relations(scene: SegmentedScene, config: RelationConfig | None = None) -> tuple[DependencyEdge, ...]:
-    """'behind' pairs, those with enough support corrected to 'below', by rising ids."""
+    """Return the 'behind' pairs, those with enough support corrected to 'below', by rising ids."""
     config = RelationConfig() if config is None else config
     needed = needed_support(scene.label_image.shape[0], config)
     found: list[DependencyEdge] = []
@@ -159,7 +161,7 @@ def _disk(radius_px: float) -> Int64[np.ndarray, "m 2"]:
 def _point_image(
     scene: SegmentedScene,
 ) -> tuple[Int32[np.ndarray, "h w"], Float32[np.ndarray, "n 3"], Float32[np.ndarray, "n 3"]]:
-    """Index into all objects' points per pixel (-1: none), those points, and their normals."""
+    """Return, per pixel, an index into all objects' points (-1: none), those points, and their normals."""
     pixels = np.concatenate([o.pixels for o in scene.objects])
     index = np.full(scene.label_image.shape, -1, dtype=np.int32)
     index[pixels[:, 0], pixels[:, 1]] = np.arange(len(pixels), dtype=np.int32)

@@ -1,4 +1,4 @@
-"""Antipodal pairs: a seen point and one, seen or guessed, whose normals oppose each other along their line."""
+"""Propose antipodal pairs: a seen point and a seen or guessed one whose normals oppose each other along their line."""
 
 import numpy as np
 from numba import njit
@@ -21,7 +21,7 @@ _MAX_TURN_COS = float(np.cos(np.deg2rad(25.0)))
 
 
 def propose_antipodal(given: GeneratorInput, rng: np.random.Generator) -> RawCandidates:
-    """Grasps that close along antipodal pairs, approached from every direction of the set that is across."""
+    """Return grasps that close along antipodal pairs, approached from every perpendicular direction of the set."""
     cloud, config = given.cloud, given.config
     if cloud.visible < given.min_points:
         return NO_CANDIDATES
@@ -39,10 +39,10 @@ def propose_antipodal(given: GeneratorInput, rng: np.random.Generator) -> RawCan
 
 @njit(cache=True)
 def _pairs(points, normals, sources, start, max_gap_m):
-    """For each source the best-opposed partner (index pairs); sources without one are left out.
+    """Return, for each source, the best-opposed partner (index pairs); sources without one are left out.
 
-    Both normals must lie within 25 degrees of the connecting line. The search starts at a random partner, so
-    that equals (all of a flat face) are not always resolved to the first.
+    Both normals must lie within 25 degrees of the connecting line. The search starts at a random partner, so that ties
+    (on a flat face) are not always resolved to the first.
     """
     out = np.empty((len(sources), 2), dtype=np.int64)
     n, total = 0, len(points)
@@ -71,7 +71,7 @@ def _pairs(points, normals, sources, start, max_gap_m):
 
 @njit(cache=True)
 def _approach_pairs(points, pairs, approaches, order, forward, yaw_cos):
-    """Rotations and TCPs: up to three approaches per pair, each at two depths of the contact on the pad."""
+    """Return rotations and TCPs: up to three approaches per pair, each at two depths of the contact on the pad."""
     per_pair = 3
     most = len(pairs) * per_pair * len(_CONTACT_DEPTHS_M)
     Rs, tips = np.empty((most, 3, 3)), np.empty((most, 3))

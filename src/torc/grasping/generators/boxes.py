@@ -1,4 +1,4 @@
-"""Oriented boxes: the smallest upright box around the completed cloud, grasped from the top and the sides."""
+"""Propose grasps of an oriented box, the smallest upright one around the completed cloud, from top and sides."""
 
 import numpy as np
 from jaxtyping import Float
@@ -20,7 +20,7 @@ _SIDE_TILTS_RAD = tuple(np.deg2rad([45.0, 65.0, 85.0]).tolist())
 
 
 def propose_boxes(given: GeneratorInput, rng: np.random.Generator) -> RawCandidates:
-    """Grasps along the box's axes: from above at three places, from its near sides at three tilts and places."""
+    """Return grasps along the box's axes: from above at three places, from its near sides at three tilts and places."""
     cloud, config = given.cloud, given.config
     if cloud.visible < given.min_points:
         return NO_CANDIDATES
@@ -50,7 +50,7 @@ def propose_boxes(given: GeneratorInput, rng: np.random.Generator) -> RawCandida
 def upright_box(
     points: Float[np.ndarray, "n 3"],
 ) -> tuple[Float[np.ndarray, "2 3"], Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
-    """Upright box of least footprint (stray points trimmed): horizontal axes, centre, half sizes."""
+    """Return the upright box of least footprint (stray points trimmed): horizontal axes, centre, half sizes."""
     yaws = np.arange(0.0, np.pi / 2, _YAW_STEP_RAD)
     c, s = np.cos(yaws), np.sin(yaws)
     some = points[:: max(1, len(points) // _MAX_POINTS)]
@@ -66,7 +66,7 @@ def upright_box(
 
 
 def _approaches(along: np.ndarray, given: GeneratorInput) -> list[np.ndarray]:
-    """Straight down, and along the axis (whichever way leads forward) at some tilts, if its yaw allows."""
+    """Return straight down, and along the axis (whichever direction leads forward) at some tilts, if its yaw allows."""
     out = [np.array([0.0, 0.0, -1.0])]
     flat = along if along @ given.forward >= 0 else -along
     if flat @ given.forward >= np.cos(given.config.max_yaw_rad):

@@ -1,4 +1,4 @@
-"""What generators share: their input, their output, and fitting the jaws to the points between them."""
+"""Shared by generators: their input, their output, and fitting the jaws to the points between them."""
 
 from dataclasses import dataclass
 
@@ -14,7 +14,7 @@ from torc.grasping.hand import HandGeometry
 
 @dataclass(frozen=True)
 class GeneratorInput:
-    """What a generator may look at.
+    """The input of a generator.
 
     Attributes:
         cloud: the object.
@@ -60,14 +60,14 @@ NO_CANDIDATES = RawCandidates(np.zeros((0, 3, 3)), np.zeros((0, 3)), np.zeros(0)
 
 
 def drawn(candidates: RawCandidates, limit: int, rng: np.random.Generator) -> RawCandidates:
-    """At most `limit` candidates, evenly drawn, in their order."""
+    """Draw at most `limit` candidates evenly, keeping their order."""
     if len(candidates) <= limit:
         return candidates
     return candidates[np.sort(rng.choice(len(candidates), limit, replace=False))]
 
 
 def settled(raw: RawCandidates, given: GeneratorInput) -> RawCandidates:
-    """Candidates raised off the support, centred between the points they enclose, with the width from those.
+    """Raise candidates off the support, centre them between the points they enclose, and set their widths.
 
     Those without room or points are left out.
     """
@@ -80,9 +80,10 @@ def settled(raw: RawCandidates, given: GeneratorInput) -> RawCandidates:
 
 @njit(cache=True)
 def make_rotation(closing, approach, out):
-    """Rotation with columns closing, approach x closing, approach (unit, perpendicular); closing turned to +y.
+    """Write the rotation with columns closing, approach x closing, approach (unit, perpendicular); closing turned to
+    +y.
 
-    A parallel gripper turned by half a turn about its approach is the same: one of the two is chosen.
+    Half a turn about its approach does not change a parallel gripper's grasp: one of the two is chosen.
     """
     sign = -1.0 if closing[1] < 0.0 or (closing[1] == 0.0 and closing[0] < 0.0) else 1.0
     for k in range(3):
@@ -95,17 +96,18 @@ def make_rotation(closing, approach, out):
 
 @njit(cache=True)
 def lowest_tip_z(R, hand, support_z_m, margin_m):
-    """Least height of the TCP at which the open fingertips keep `margin_m` from the support."""
+    """Return the least height of the TCP at which the open fingertips keep `margin_m` from the support."""
     side = abs(R[2, 0]) * (0.5 * hand.max_width_m + hand.finger_x)
     return support_z_m + margin_m + side + abs(R[2, 1]) * hand.finger_y
 
 
 @njit(cache=True)
 def _fit_jaws(local, index, count, seen, center_x, hand):
-    """Extent along the closing axis of the points that closing fingers meet, and the seen points between the pads.
+    """Return the extent along the closing axis of the points that closing fingers meet.
 
-    Points are given in the grasp frame and lie behind the fingertips. Looks at those within half an opening of
-    `center_x` and within the fingers' width. Returns (low, high) (low > high: no points), and the count.
+    Points are given in the grasp frame and lie behind the fingertips. Only those within half an opening of `center_x`
+    and
+    within the fingers' width count. Returns (low, high) (low > high: no points), and the seen points between the pads.
     """
     low, high, between = 1e9, -1e9, 0
     half = 0.5 * hand.max_width_m
@@ -121,7 +123,7 @@ def _fit_jaws(local, index, count, seen, center_x, hand):
 
 @njit(cache=True)
 def _settle_on_points(cells, Rs, tips, limits, min_points, hand, widths, keep):
-    """Writes tips, widths and keep in place. `limits`: support height, tip margin, spread, largest retreat."""
+    """Write tips, widths and keep in place. `limits`: support height, tip margin, spread, largest retreat."""
     support_z, tip_margin, spread, most_back = limits
     local, index = np.empty((len(cells.points), 3)), np.empty(len(cells.points), dtype=np.int64)
     box = np.empty((2, 3))

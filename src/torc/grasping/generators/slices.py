@@ -1,4 +1,4 @@
-"""Slices: for every approach and closing axis, cut the cloud into slices and reach into each to some depths."""
+"""Propose slices: cut the cloud for every approach and closing axis, and reach into each slice to some depths."""
 
 from typing import NamedTuple
 
@@ -36,7 +36,7 @@ class _Rules(NamedTuple):
 
 
 def propose_slices(given: GeneratorInput, rng: np.random.Generator) -> RawCandidates:
-    """Grasps from slices; where an object is too wide for the gripper, its parts are grasped one by one."""
+    """Return grasps from slices; an object that is too wide for the gripper is grasped by its parts, one by one."""
     cloud, config = given.cloud, given.config
     if cloud.visible < given.min_points:
         return NO_CANDIDATES
@@ -73,7 +73,7 @@ def propose_slices(given: GeneratorInput, rng: np.random.Generator) -> RawCandid
 
 
 def _drawn_frames(total: int, first: int, limit: int, rng: np.random.Generator) -> np.ndarray:
-    """Indices of frames: the first ones (straight down) all, the rest drawn evenly."""
+    """Return indices of frames: all of the first ones (straight down), the rest drawn evenly."""
     rest = total - first
     drawn_rest = np.sort(rng.permutation(rest)[: max(0, limit - first)])
     return np.concatenate([np.arange(first), first + drawn_rest])
@@ -81,7 +81,7 @@ def _drawn_frames(total: int, first: int, limit: int, rng: np.random.Generator) 
 
 @njit(cache=True)
 def _slices(points, visible, felt, closings, approaches, phases, most_slices, rules, out):
-    """Write candidates to `out` (rotations, tips, widths); returns how many."""
+    """Write candidates to `out` (rotations, tips, widths); return how many."""
     R = np.empty((3, 3))
     local, strip = np.empty((len(points), 3)), np.empty((len(points), 4))
     n = 0
@@ -111,8 +111,10 @@ def _slices(points, visible, felt, closings, approaches, phases, most_slices, ru
 
 @njit(cache=True)
 def _reach_into(strip, y, R, rules, out, n):
-    """Candidates of one slice at every depth: centred on all that is behind the fingertips if that fits, else on
-    each of its parts. Columns of `strip`: x, z, 1 if seen and -1 if felt, whether within the pads."""
+    """Write the candidates of one slice at every depth: centred on all points behind the fingertips, or on each part.
+
+    Columns of `strip`: x, z, 1 if seen and -1 if felt, whether within the pads.
+    """
     top, left, right = 1e9, 1e9, -1e9
     for i in range(len(strip)):
         left, right = min(left, strip[i, 0]), max(right, strip[i, 0])
@@ -142,7 +144,9 @@ def _reach_into(strip, y, R, rules, out, n):
 
 @njit(cache=True)
 def _within(strip, z, x_low, x_high, pad_z):
-    """Extent along x of the points behind the fingertips and in a range of x; seen ones between the pads; felt ones."""
+    """Return the extent along x of the points behind the fingertips in a range of x; seen ones between the pads; felt
+    ones.
+    """
     low, high, count, felt = 1e9, -1e9, 0, 0
     for i in range(len(strip)):
         x = strip[i, 0]
@@ -157,7 +161,7 @@ def _within(strip, z, x_low, x_high, pad_z):
 
 @njit(cache=True)
 def _parts(strip, low, high, y, z, R, rules, out, n):
-    """One candidate per part of the slice that is separated from the others by a gap and fits.
+    """Write one candidate per part of the slice that is separated from the others by a gap and fits.
 
     Not where something was felt: nobody saw a gap there.
     """
@@ -185,7 +189,7 @@ def _parts(strip, low, high, y, z, R, rules, out, n):
 
 @njit(cache=True)
 def _write(low, high, y, z, R, out, n):
-    """Write candidate n if there is room for it; returns how many there are now."""
+    """Write candidate n if there is room for it; return the new number."""
     Rs, tips, widths = out
     if n == len(widths):
         return n

@@ -1,4 +1,4 @@
-"""The colours of many surfaces in one new texture."""
+"""Bake the colours of many surfaces into one new texture."""
 
 from collections.abc import Sequence
 
@@ -15,10 +15,10 @@ _MIN_CELL_PX = 4
 
 
 def baked(sources: Sequence[Surface], net: Surface, texture_px: int) -> VisualMesh:
-    """A net's triangles with a texture of their own that shows the colours of `sources` where these are nearest.
+    """Return a net's triangles with their own texture, showing the colours of `sources` where these are nearest.
 
     Every triangle has a cell of the texture. Cells of neighbours are neighbours, as far as a plane allows, so that
-    what a reduced texture mixes is of similar colour.
+    a reduced texture mixes similar colours.
     """
     plain = shaded(net)
     assert plain.normals is not None
@@ -27,7 +27,7 @@ def baked(sources: Sequence[Surface], net: Surface, texture_px: int) -> VisualMe
     cell = max(_MIN_CELL_PX, texture_px // side)
     where = np.empty((len(corners), 2), np.int64)
     where[np.argsort(_along_curve(corners.mean(axis=1)), kind="stable")] = _cells(side)[: len(corners)]
-    # Pixels of a cell where the triangle's corners lie; a rim of one pixel is left around them.
+    # Pixels of a cell where the triangle's corners lie, with a rim of one pixel around them.
     own_px = np.array([(1, 1), (cell - 2, 1), (1, cell - 2)], float)
     uv = (where[:, None] * cell + own_px + 0.5) / (side * cell)
     return VisualMesh(
@@ -46,7 +46,7 @@ def _paint(
     points, colors = _samples(sources, min(_MAX_SAMPLES, (side * cell) ** 2))
     tree = cKDTree(points)
     v, u = np.meshgrid(np.arange(cell), np.arange(cell), indexing="ij")
-    # Shares of the second and third corner; pixels outside of the triangle show its nearest edge.
+    # Shares of the second and third corner; pixels outside the triangle show its nearest edge.
     b, c = (np.clip((px - 1) / max(cell - 3, 1), 0.0, 1.0) for px in (u, v))
     over = np.maximum(b + c - 1.0, 0.0) / 2
     shares = np.stack([1 - (b - over) - (c - over), b - over, c - over], axis=-1).reshape(-1, 3)
@@ -61,7 +61,7 @@ def _paint(
 def _samples(
     sources: Sequence[Surface], count: int
 ) -> tuple[Float[np.ndarray, "n 3"], UInt8[np.ndarray, "n 3"]]:
-    """Points spread over the surfaces by area, and in the middle of every triangle, with their colours."""
+    """Return points spread over the surfaces by area, and in the middle of every triangle, with their colours."""
     meshes = [trimesh.Trimesh(s.vertices, s.faces, process=False) for s in sources]
     total = sum(mesh.area for mesh in meshes)
     points, colors = [], []
@@ -90,19 +90,19 @@ def _colors(source: Surface, corners: np.ndarray, shares: np.ndarray) -> UInt8[n
 
 
 def _interleaved(*axes: np.ndarray) -> np.ndarray:
-    """Morton codes: the bits of 10-bit numbers in turn. They keep neighbours close."""
+    """Return Morton codes: the bits of 10-bit numbers in turn. They keep neighbours close."""
     bits = [((a >> bit) & 1) << (bit * len(axes) + k) for bit in range(10) for k, a in enumerate(axes)]
     return np.sum(bits, axis=0)
 
 
 def _along_curve(points: np.ndarray) -> np.ndarray:
-    """Numbers along a curve through space."""
+    """Number points along a curve through space."""
     low = points.min(axis=0)
     cells = (1023 * (points - low) / max(float(np.ptp(points, axis=0).max()), 1e-12)).astype(np.int64)
     return _interleaved(*cells.T)
 
 
 def _cells(side: int) -> Int[np.ndarray, "k 2"]:
-    """The cells of a square in the order of such a curve through the plane."""
+    """Return the cells of a square in the order of a curve of this kind through the plane."""
     x, y = (a.ravel() for a in np.meshgrid(np.arange(side), np.arange(side)))
     return np.stack([x, y], axis=1)[np.argsort(_interleaved(x, y), kind="stable")]

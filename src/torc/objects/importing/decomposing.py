@@ -1,4 +1,4 @@
-"""A welded net to convex pieces: exact where a part is convex, CoACD elsewhere. Runs in a child process."""
+"""Decompose a welded net into convex pieces: exact for convex parts, CoACD elsewhere. Runs in a child process."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -11,19 +11,19 @@ from scipy.spatial import ConvexHull, QhullError, cKDTree
 Points = Float[np.ndarray, "n 3"]
 _MIN_VOLUME_M3, _MIN_THICKNESS_M = 2e-9, 3e-4
 _MAX_PIECE_VERTICES, _MAX_CONTACT_VERTICES = 160, 1536
-"""Corners of a piece, and of all together: more make contacts slow."""
+"""Most corners of a piece, and of all together: more make contacts slow."""
 _CONVEX_SHARE = 0.985
-"""A closed part that fills this much of its convex hull is convex: 3D printers and scanners round no less."""
+"""A closed part that fills this share of its convex hull is convex: 3D printers and scanners round at least as much."""
 _SHALLOW, _SHALLOW_M = 0.04, 0.003
-"""Hollows no deeper than this (of the size, and metres) are filled: the rim of a can, the seam of a carton."""
+"""Hollows no deeper than this (share of the size, and metres) are filled: the rim of a can, the seam of a carton."""
 _SAMPLES = 60_000
 _MAX_SOLID_FACES = 12_000
-"""Nets with more, which could not be simplified, are made anew as coarse shells first (of a closed net: filled)."""
+"""Nets with more faces that could not be simplified are first rebuilt as coarse shells (a closed net: filled)."""
 _MAX_RUNS = 4
-"""More hollow parts than this are decomposed together: every run takes seconds."""
+"""If more hollow parts than this exist, they are decomposed together: every run takes seconds."""
 _AT_A_TIME = 8
 _COACD_SOLID = {
-    # A tenth of the search of CoACD's defaults, for about the same number of pieces.
+    # A tenth of the search of CoACD's defaults, for about as many pieces.
     "resolution": 1000,
     "mcts_nodes": 10,
     "mcts_iterations": 40,
@@ -36,8 +36,10 @@ _COACD_SHELL = {**_COACD_SOLID, "preprocess_mode": "on", "preprocess_resolution"
 
 
 def convex_pieces(net: trimesh.Trimesh, concavity: float, max_pieces: int) -> list[Points]:
-    """Corner points of convex pieces that together make the solid of a welded net, metres; of open parts, a shell
-    around the surface. `concavity` is CoACD's threshold."""
+    """Return corner points of convex pieces that together make the solid of a welded net, metres.
+
+    Open parts become a shell around the surface. `concavity` is CoACD's threshold.
+    """
     if trimesh.graph.connected_component_labels(net.face_adjacency, len(net.faces)).max() >= max_pieces:
         return _coacd([net], concavity, max_pieces, _COACD_SHELL)
     hulls: list[Points] = []
@@ -64,14 +66,18 @@ def convex_pieces(net: trimesh.Trimesh, concavity: float, max_pieces: int) -> li
 
 
 def few_corners(hulls: Sequence[Points]) -> list[Points]:
-    """The pieces with so few corners each that contacts are fast."""
+    """Reduce the corners of the pieces until contacts are fast."""
     corners = min(_MAX_PIECE_VERTICES, _MAX_CONTACT_VERTICES // len(hulls))
     return [reduced_hull(hull, corners) for hull in hulls]
 
 
 def reduced_hull(points: Points, max_corners: int) -> Float[np.ndarray, "m 3"]:
-    """At most max_corners corners of the convex hull: those that stick out farthest in directions all around, then
-    always a few that stick out farthest of what there is. The bounding box stays."""
+    """Return at most max_corners corners of the convex hull; the bounding box is kept.
+
+    First those that stick out farthest in directions all around, then repeatedly the few that stick out farthest from
+    the
+    hull so far.
+    """
     corners = points[ConvexHull(points).vertices]
     if len(corners) <= max_corners:
         return np.asarray(corners)
@@ -93,7 +99,7 @@ def reduced_hull(points: Points, max_corners: int) -> Float[np.ndarray, "m 3"]:
 
 
 def solid_enough(points: Points) -> bool:
-    """Whether a piece is thick enough for contacts."""
+    """Check whether a piece is thick enough for contacts."""
     try:
         hull = ConvexHull(points)
     except (QhullError, ValueError):
@@ -104,7 +110,7 @@ def solid_enough(points: Points) -> bool:
 
 
 def _is_convex(part: trimesh.Trimesh, hull: trimesh.Trimesh) -> bool:
-    """Whether a part fills its convex hull, or lies all over it, so that nothing can reach what is inside."""
+    """Check whether a part fills its convex hull, or covers it everywhere, so that nothing can reach the inside."""
     if part.is_volume and part.volume > _CONVEX_SHARE * hull.volume:
         return True
     on_hull, _ = trimesh.sample.sample_surface(hull, 4_000, seed=0)
@@ -121,12 +127,12 @@ def _coacd(
 
     net: Any = trimesh.util.concatenate(list(parts))
     if not net.is_volume:
-        net.update_faces(net.nondegenerate_faces())  # its preprocessing takes none without area
+        net.update_faces(net.nondegenerate_faces())  # its preprocessing rejects faces without area
     coacd.set_log_level("error")
     found = coacd.run_coacd(
         coacd.Mesh(net.vertices, net.faces), threshold=concavity, max_convex_hull=max_pieces, **settings
     )
     hulls = [np.asarray(points, float) for points, _ in found]
-    # Stretched to the bounding box of the mesh: CoACD is off by a little, with a shell by a percent.
+    # Stretched to the bounding box of the mesh: CoACD is slightly off, with a shell by a percent.
     low, high = np.concatenate(hulls).min(axis=0), np.concatenate(hulls).max(axis=0)
     return [(h - low) * (net.extents / (high - low)) + net.bounds[0] for h in hulls]

@@ -1,6 +1,6 @@
-"""A mesh file to an object in the format `torc-object/1`, as a child process within limits of time and memory.
+"""Convert a mesh file to an object in the format `torc-object/1`, as a child process with limits of time and memory.
 
-It is given a directory with the request, and leaves its answer and the object there; never pickles.
+It receives a directory with the request, and leaves its answer and the object there; never pickles.
 """
 
 import contextlib
@@ -39,7 +39,7 @@ from torc.objects.object_files import save_object
 from torc.objects.schema import MAX_MASS_KG, MAX_SIZE_M, MAX_VISUALS, MIN_MASS_KG, MIN_SIZE_M, ObjectSource
 
 MAX_FACES = 20_000
-"""To look at: meshes with more are simplified, their colours baked into a new texture."""
+"""Limit for visible meshes: those with more are simplified, their colours baked into a new texture."""
 _TEXTURE_PX = 1024
 """Longest side of a texture."""
 _MAX_PIECES = 24
@@ -48,16 +48,17 @@ _CONCAVITY = 0.05
 _MAX_CONTACT_FACES = 4_000
 """Enough for contact; the decomposition's time grows with them."""
 _UNITS = (0.001, 0.01, 0.0254, 0.1, 10.0, 100.0, 1000.0)
-"""What a scale may be off by: millimetres, centimetres, inches, or the other way about."""
+"""Factors by which a scale may be off: millimetres, centimetres, inches, or the reverse."""
 _MAX_FILE_BYTES = 2**30
 
 
 def make_object(request: Mapping[str, Any], directory: Path) -> list[str]:
-    """Makes an object of the file request["path"] by the `MeshOptions` request["options"], leaves it in `directory`,
-    and says what was done to the mesh.
+    """Convert the file request["path"] by the `MeshOptions` request["options"], and leave the object in `directory`.
 
-    request["undecomposed"] says why to take the convex hull instead of decomposing it. Raises InputError for a file
-    that is not readable, without triangles, of an absurd size or mass, or flat.
+    Returns notes on what was done to the mesh. request["undecomposed"] is a reason to use the convex hull instead of
+    decomposing, or None. Raises InputError for a file that is not readable, without triangles, of an absurd size or
+    mass,
+    or flat.
     """
     path, given = Path(request["path"]), dict(request["options"])
     options = MeshOptions(**{**given, "root": None if given["root"] is None else Path(given["root"])})
@@ -145,13 +146,13 @@ def _visuals(
 
 
 def _back(visual: VisualMesh) -> VisualMesh:
-    """The other side of a surface."""
+    """Return the other side of a surface."""
     assert visual.normals is not None
     return replace(visual, faces=visual.faces[:, ::-1], normals=-visual.normals)
 
 
 def _hulls(net: trimesh.Trimesh, path: Path, undecomposed: str | None, notes: list[str]) -> list[np.ndarray]:
-    """Convex pieces; the convex hull, and a note, for want of better."""
+    """Return convex pieces; or the convex hull with a note, if nothing better is found."""
     hulls, why = [], undecomposed
     if why is None:
         try:
@@ -175,7 +176,7 @@ def _assembled(
     y_up: bool,
     notes: list[str],
 ) -> tuple[ObjectModel, ObjectSource]:
-    """The object in its resting pose, in its own frame, and where it comes from."""
+    """Return the object in its resting pose, in its own frame, and its source."""
     R = resting_rotation(hulls) if options.stand else np.eye(3)
     angle = float(np.rad2deg(np.arccos(np.clip((np.trace(R) - 1) / 2, -1, 1))))
     if angle > 1.0:
@@ -234,14 +235,14 @@ def _vec3(values: np.ndarray) -> Vec3:
 
 
 def answer(request: Mapping[str, Any], directory: Path) -> dict[str, Any]:
-    """The notes of `make_object`, or why there is no object."""
+    """Return the notes of `make_object`, or why there is no object."""
     try:
         return {"notes": make_object(request, directory)}
     except InputError as error:
         return {"refused": str(error)}
     except MemoryError:
         return {"failed": "it needed more memory than is allowed"}
-    except Exception as error:  # third-party code on hostile files: anything may come
+    except Exception as error:  # third-party code on hostile files may raise anything
         return {"failed": f"{type(error).__name__}: {str(error)[:300]}"}
 
 

@@ -1,4 +1,4 @@
-"""A mesh file to an object model."""
+"""Convert a mesh file to an object model."""
 
 import importlib.util
 import json
@@ -29,12 +29,12 @@ from torc.objects.schema import (
 
 MAX_MESH_BYTES = 200 * 2**20
 LIMIT_S, MEMORY_BYTES = 300.0, 6 * 2**30
-"""Of the child process: computing time of all cores together (on the clock, four times that), and address space."""
+"""Limits of the child process: computing time of all cores together (wall time: four times that), and address space."""
 MADE_DIRECTORY = "made"
 """Where the child process leaves the object, in a directory of its name."""
 REQUEST_FILE, ANSWER_FILE = "request.json", "answer.json"
 _LIBRARIES = ("trimesh", "networkx", "coacd", "fast_simplification")
-# One seed for sets of text, few threads and heaps: the same answer on every machine, within the memory allowed.
+# One seed for sets of text, few threads and heaps: every machine gives one answer, within the memory allowed.
 _ENVIRONMENT = {
     "PYTHONHASHSEED": "0",
     "OMP_NUM_THREADS": "2",
@@ -50,12 +50,12 @@ class MeshOptions:
     """How a mesh becomes an object. The defaults suit a solid, filled household thing in metres.
 
     Attributes:
-        name, kind, description: by default the file's name, the same, and "the " and the name in words.
+        name, kind, description: by default the file's name, that name again, and "the " and the name in words.
         scale: metres per unit of the file, e.g. 0.001 for millimetres.
-        up: axis of the file that points up; "auto" is y for GLB, as its standard has it, and z otherwise.
+        up: axis of the file that points up; "auto" is y for GLB, by its standard, and z otherwise.
         stand: turn the object until it rests where it is set down; False keeps the file's axes.
         mass_kg: by default volume of the contact pieces x density.
-        density_kg_m3: of filled containers, fruit and tools on average (0.5 to 2.4 g/cm3 one by one).
+        density_kg_m3: of filled containers, fruit and tools on average (individually 0.5 to 2.4 g/cm3).
         rolls: adds rolling friction; None: if it is round about some axis.
         root: textures are read from this directory and below; by default from the mesh's own.
     """
@@ -97,8 +97,9 @@ class MeshOptions:
                 )
 
     def name_for(self, path: Path) -> str:
-        """The object's name: the one given, or made from the file's end; where its letters are of another script than
-        Latin, from a checksum of it, the same every time.
+        """Return the object's name: the given one, or one made from the end of the file's name.
+
+        For letters of a non-Latin script it is made from their checksum, so that it is reproducible.
         """
         if self.name is not None:
             return self.name
@@ -110,7 +111,7 @@ class MeshOptions:
         return name[-64:].lstrip("_.-")  # files of a deep tree differ at the end
 
     def description_for(self, path: Path) -> str:
-        """The description given, or the name in words."""
+        """Return the given description, or the name in words."""
         if self.description is not None:
             return self.description
         if _unreadable(path) and path.stem.isprintable():
@@ -119,14 +120,14 @@ class MeshOptions:
 
 
 def _unreadable(path: Path) -> bool:
-    """Whether a file's name has letters, but none that an object's name can have."""
+    """Check whether a file's name has letters, but none that an object's name can have."""
     letters = [c for c in path.stem if c.isalpha()]
     return bool(letters) and not any(c.isascii() for c in letters)
 
 
 @dataclass(frozen=True, eq=False)
 class MeshImport:
-    """An imported mesh: the object, the file and where its frame lies in the model frame, and what was done to it."""
+    """An imported mesh: the object, the file and its frame in the model frame, and what was done to it."""
 
     model: ObjectModel
     source: ObjectSource
@@ -134,9 +135,9 @@ class MeshImport:
 
 
 def read_mesh(path: Path | str, options: MeshOptions | None = None) -> MeshImport:
-    """An object of a mesh file: OBJ (its MTL and textures beside it), GLB, STL or PLY; always the same one.
+    """Convert a mesh file to an object: OBJ (with MTL and textures beside it), GLB, STL or PLY. Reproducible.
 
-    Raises InputError if the file is missing, not readable, not safe to read, or no thing for a table, and
+    Raises InputError if the file is missing, not readable, not safe to read, or not a thing for a table, and
     MissingDependencyError without the extra `import`.
     """
     path, options = Path(path), options or MeshOptions()
@@ -163,8 +164,10 @@ def read_mesh(path: Path | str, options: MeshOptions | None = None) -> MeshImpor
 
 
 def _made(path: Path, options: MeshOptions, folder: Path) -> tuple[str, ...]:
-    """Has the object made in a child process; what its owner is told. Where that process crashes or takes too long,
-    another one takes the convex hull instead of decomposing the mesh."""
+    """Make the object in a child process; return the messages for the user.
+
+    If that process crashes or takes too long, another one uses the convex hull instead of decomposing the mesh.
+    """
     plain = {**asdict(options), "root": None if options.root is None else str(options.root.resolve())}
     request = {"path": str(path), "options": plain, "limit_s": LIMIT_S, "memory_bytes": MEMORY_BYTES}
     answer = run_child({**request, "undecomposed": None}, folder)
@@ -181,10 +184,10 @@ def _made(path: Path, options: MeshOptions, folder: Path) -> tuple[str, ...]:
 
 
 def run_child(request: Mapping[str, Any], folder: Path) -> dict[str, Any]:
-    """The answer of `torc.objects.importing.making`, or how it ended without one."""
+    """Return the answer of `torc.objects.importing.making`, or how it ended without one."""
     (folder / REQUEST_FILE).write_text(json.dumps(request), encoding="utf-8")
     limit_s = request["limit_s"]
-    # -P: nothing is imported from the working directory, which may be a stranger's too
+    # -P: nothing is imported from the working directory, which may also be a stranger's
     command = [sys.executable, "-P", "-m", "torc.objects.importing.making", str(folder)]
     late = {"ended": f"it took longer than {limit_s:g} s of computing"}
     try:

@@ -1,4 +1,4 @@
-"""Mesh files to surfaces, by trimesh. Runs in a child process: the files are a stranger's."""
+"""Read mesh files as surfaces, by trimesh. Runs in a child process: the files are a stranger's."""
 
 import io
 import json
@@ -18,7 +18,7 @@ from torc.errors import InputError
 from torc.objects.importing.surfaces import Surface
 
 Y_UP = np.array([[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-"""y up and the front towards +z (glTF) to z up and the front towards -x."""
+"""From y up and the front towards +z (glTF) to z up and the front towards -x."""
 _MAX_NOTES = 20
 _SEE_THROUGH = ("BLEND", "MASK")
 _REMEDY = "Export it triangulated, without compression"
@@ -28,17 +28,18 @@ _READ_EXTENSIONS = re.compile(r"KHR_materials_\w+|KHR_lights_punctual|EXT_textur
 _OBJ_FACE = re.compile(rb"^f[ ]+(.+)$", re.MULTILINE)
 _OBJ_VERTEX = re.compile(rb"^v[ ]+(.+)$", re.MULTILINE)
 _FOLD = 0.01
-"""Share of the polygons' area that triangles which face the wrong way may cover: modelled things have bent ones."""
+"""Largest share of the polygons' area that triangles facing the wrong way may cover: modelled things have bent ones."""
 
 
 def read_surfaces(
     path: Path, scale: float, y_up: bool, root: Path | None, texture_px: int
 ) -> tuple[list[Surface], list[str]]:
-    """The surfaces in a mesh file (`scale` metres per unit), metres, z up; and what a user should know of the reading.
+    """Return the surfaces in a mesh file (`scale` metres per unit), metres, z up; and notes for the user.
 
     Materials and textures, at most `texture_px` long, are read from `root` and below; None: no colours at all. Raises
-    InputError for a file without triangles, misread by trimesh, or that names files which it may not read. Of what is
-    no mesh file, trimesh raises anything.
+    InputError for a file without triangles, misread by trimesh, or that names files which it may not read. For other
+    files
+    trimesh may raise anything.
     """
     neighbours = Neighbours(path, root or path.parent)
     try:
@@ -66,8 +67,10 @@ def read_surfaces(
 
 
 class Neighbours(FilePathResolver):
-    """The files that a mesh names, below one directory. trimesh goes on without what is not to be had; what was
-    refused or missing is written down here."""
+    """The files that a mesh names, below one directory.
+
+    trimesh continues without files that it cannot get; what was refused or missing is recorded here.
+    """
 
     def __init__(self, path: Path, root: Path) -> None:
         super().__init__(str(path))
@@ -85,7 +88,7 @@ class Neighbours(FilePathResolver):
 
 
 def _load(path: Path, neighbours: Neighbours, textures: bool) -> trimesh.Scene:
-    """What trimesh makes of a file. Raises InputError for what it would read wrongly."""
+    """Load a file by trimesh. Raises InputError for what it would read wrongly."""
     data, kind = path.read_bytes(), path.suffix[1:].lower()
     if kind == "obj":
         data = data.replace(b"\t", b" ").replace(b"\r\n", b"\n").replace(b"\r", b"\n").replace(b"\\\n", b" ")
@@ -93,7 +96,7 @@ def _load(path: Path, neighbours: Neighbours, textures: bool) -> trimesh.Scene:
     if kind == "glb":
         check_glb(data)
     with warnings.catch_warnings():
-        warnings.simplefilter("error", DeprecationWarning)  # numpy's, of text that it reads but in part
+        warnings.simplefilter("error", DeprecationWarning)  # numpy's, for text that it reads only partly
         # "process" would join corners of different colours
         scene = trimesh.load_scene(
             io.BytesIO(data), kind, neighbours, process=False, skip_materials=not textures
@@ -105,7 +108,7 @@ def _load(path: Path, neighbours: Neighbours, textures: bool) -> trimesh.Scene:
 
 
 def _placed(surface: Surface, T: Float[np.ndarray, "3 4"]) -> Surface:
-    """The surface moved by an affine transform; where that mirrors it, its triangles are turned over."""
+    """Move the surface by an affine transform; if that mirrors it, flip its triangles."""
     with np.errstate(invalid="ignore", over="ignore"):  # what is not finite is left out later
         vertices = surface.vertices @ T[:, :3].T + T[:, 3]
     return replace(
@@ -118,13 +121,13 @@ def _plain(mesh: trimesh.Trimesh) -> Surface:
 
 
 def _dressed(mesh: trimesh.Trimesh, path: Path, texture_px: int, notes: list[str]) -> Surface:
-    """A mesh with its material, texture, or colours of corners or triangles."""
+    """Return a mesh with its material, texture, or colours of corners or triangles."""
     visual: Any = mesh.visual
     surface, is_glb = _plain(mesh), path.suffix.lower() == ".glb"
     image = factor = colors = None
     if visual.kind == "vertex":
         colors = visual.vertex_colors
-    elif visual.kind == "face":  # every triangle gets corners of its own
+    elif visual.kind == "face":  # every triangle gets its own corners
         corners = surface.vertices[surface.faces].reshape(-1, 3)
         surface = Surface(corners, np.arange(len(corners)).reshape(-1, 3))
         colors = np.repeat(visual.face_colors, 3, axis=0)
@@ -138,9 +141,9 @@ def _dressed(mesh: trimesh.Trimesh, path: Path, texture_px: int, notes: list[str
         image, colors = visual.material.image, mesh.vertex_attributes.get("color")
         if image is None:
             factor = visual.material.diffuse
-        elif image.format is None:  # where there is no material, trimesh paints a picture
+        elif image.format is None:  # without a material, trimesh paints a picture
             image = None
-        else:  # many exporters write a grey colour beside a picture and do not mean it
+        else:  # many exporters write an unintended grey colour beside a picture
             factor, colors = (255, 255, 255), None
     tints = None if factor is None else np.array(factor)[None, :3] / 255
     if colors is not None and len(colors) == len(surface.vertices):
@@ -158,7 +161,7 @@ def _dressed(mesh: trimesh.Trimesh, path: Path, texture_px: int, notes: list[str
 
 
 def _tinted(surface: Surface, tints: Float[np.ndarray, "k 3"], is_linear: bool) -> Surface:
-    """The surface with one colour, or one per vertex, 0 to 1; of linear light in glTF (2.0, section 3.9.2)."""
+    """Return the surface with one colour, or one per vertex, 0 to 1; linear in glTF (2.0, section 3.9.2)."""
     tints = np.clip(np.nan_to_num(tints), 0.0, 1.0)
     if is_linear:  # to the values of sRGB (IEC 61966-2-1)
         bright = 1.055 * np.maximum(tints, 0.0031308) ** (1 / 2.4) - 0.055
@@ -181,7 +184,7 @@ def _picture(image: Image.Image, path: Path, texture_px: int) -> UInt8[np.ndarra
 
 
 def check_glb(data: bytes) -> None:
-    """Raises InputError for a GLB with what is not read, or ValueError if it has no readable header."""
+    """Raise InputError for a GLB with unsupported content, or ValueError if it has no readable header."""
     header = json.loads(data[20 : 20 + int.from_bytes(data[12:16], "little")])
     for extension in header.get("extensionsRequired", ()):
         if not _READ_EXTENSIONS.fullmatch(extension):
@@ -199,14 +202,14 @@ def check_glb(data: bytes) -> None:
 
 
 def check_obj(text: bytes) -> None:
-    """Raises InputError for an OBJ, tabs replaced, with concave polygons; ValueError for what is no OBJ."""
+    """Raise InputError for an OBJ, tabs replaced, with concave polygons; ValueError if it is not a valid OBJ."""
     faces = [[int(word.split(b"/")[0]) for word in row.split()] for row in _OBJ_FACE.findall(text)]
     vertices = np.array([row.split()[:3] for row in _OBJ_VERTEX.findall(text)], float)
     _check_fans(vertices, [np.array(face) - (np.array(face) > 0) for face in faces])
 
 
 def check_ply(elements: dict[str, dict[str, Any]]) -> None:
-    """Raises InputError for a PLY whose elements, as trimesh read them, are not what they are taken for."""
+    """Raise InputError for a PLY whose elements trimesh misread."""
     if not elements.get("face", {}).get("length"):
         return
     faces = elements["face"]["data"]
@@ -220,7 +223,7 @@ def check_ply(elements: dict[str, dict[str, Any]]) -> None:
 
 
 def _check_fans(vertices: Float[np.ndarray, "n 3"], faces: list[np.ndarray]) -> None:
-    """Raises InputError where triangles from polygons' first corners do not make the polygons."""
+    """Raise InputError if triangles from polygons' first corners do not make the polygons."""
     whole = folded = 0.0
     for count in {len(face) for face in faces if len(face) > 3}:
         polygons = vertices[np.stack([face for face in faces if len(face) == count]).astype(np.int64)]

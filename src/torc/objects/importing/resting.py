@@ -1,4 +1,4 @@
-"""How a solid of convex pieces rests on a table, and whether it rolls."""
+"""Find how a solid of convex pieces rests on a table, and whether it rolls."""
 
 from collections.abc import Sequence
 
@@ -10,19 +10,21 @@ from scipy.spatial import ConvexHull, QhullError
 from torc.geometry.transforms import rotation_about
 
 _STEADY_RAD = np.deg2rad(4.0)
-"""A pose counts as a rest if the object must be tilted this far before it falls over."""
+"""A pose is a rest if the object must be tilted this far before it falls over."""
 _UPRIGHT_RAD = np.deg2rad(0.2)
-"""It stands already if it leans less than this: convex pieces are no truer."""
+"""It stands already if it leans less than this: convex pieces are no more exact."""
 _UNEVEN = 0.01
-"""Corners this share of the size above a face still bear: pieces of one underside are not quite flush."""
+"""Corners within this share of the size above a face still bear: pieces of one underside are not quite flush."""
 _SAME_FACE_COS = np.cos(np.deg2rad(0.5))
 _ROUND = 0.95
-"""Smallest over largest radius of a cross-section that still rolls."""
+"""Least ratio of smallest to largest radius of a cross-section that still rolls."""
 
 
 def resting_rotation(hulls: Sequence[Float[np.ndarray, "n 3"]]) -> Float[np.ndarray, "3 3"]:
-    """The smallest rotation after which the solid of these convex pieces (corner points, z up, of one density) rests
-    steadily on a horizontal table."""
+    """Return the smallest rotation to a steady rest on a horizontal table.
+
+    The solid's convex pieces are given by corner points, z up, of one density.
+    """
     faces = _steady_faces(hulls)
     if not faces:
         return np.eye(3)
@@ -37,7 +39,7 @@ def resting_rotation(hulls: Sequence[Float[np.ndarray, "n 3"]]) -> Float[np.ndar
 
 
 def is_round(hulls: Sequence[Float[np.ndarray, "n 3"]]) -> bool:
-    """Whether the cross-section along some axis of the bounding box, or of inertia, is nearly a circle."""
+    """Check whether the cross-section along some axis of the bounding box, or of inertia, is nearly a circle."""
     points = np.concatenate(list(hulls))
     _, own = np.linalg.eigh(np.cov((points - points.mean(axis=0)).T))
     angles = np.linspace(0.0, np.pi, 24, endpoint=False)
@@ -47,7 +49,7 @@ def is_round(hulls: Sequence[Float[np.ndarray, "n 3"]]) -> bool:
         directions = np.cos(angles)[:, None] * side + np.sin(angles)[:, None] * np.cross(axis, side)
         reach = points @ directions.T
         widths = np.ptp(reach, axis=0)
-        # Equal widths alone would let a triangle with round sides pass; its middle is not in the middle.
+        # By equal widths alone a triangle with round sides would pass; its middle is off centre.
         middles = np.abs(reach.max(axis=0) + reach.min(axis=0) - 2 * _middle(points, directions))
         if widths.min() > _ROUND * widths.max() and middles.max() < (1 - _ROUND) * widths.max():
             return True
@@ -55,18 +57,18 @@ def is_round(hulls: Sequence[Float[np.ndarray, "n 3"]]) -> bool:
 
 
 def _middle(points: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """Where the centre of the bounding box across the axis lies along each direction."""
+    """Return where the centre of the bounding box across the axis lies along each direction."""
     u, v = directions[0], directions[len(directions) // 2]
     center = sum(0.5 * (float((points @ d).max()) + float((points @ d).min())) * d for d in (u, v))
     return np.asarray(directions @ center)
 
 
 def _steady_faces(hulls: Sequence[np.ndarray]) -> list[np.ndarray]:
-    """Outward normals of the faces of the whole's convex hull on which it rests steadily."""
+    """Return outward normals of the faces of the whole's convex hull on which it rests steadily."""
     points = np.concatenate(list(hulls))
     hull = ConvexHull(points)
     corners = points[hull.vertices]
-    solids = [trimesh.convex.convex_hull(piece) for piece in hulls]  # where they overlap counts twice
+    solids = [trimesh.convex.convex_hull(piece) for piece in hulls]  # overlaps count twice
     center = np.average([s.center_mass for s in solids], axis=0, weights=[s.volume for s in solids])
     tolerance = _UNEVEN * float(np.ptp(corners, axis=0).max())
     normals: list[np.ndarray] = []
@@ -84,7 +86,7 @@ def _steady_faces(hulls: Sequence[np.ndarray]) -> list[np.ndarray]:
 
 
 def _margin(base: np.ndarray, center: np.ndarray, normal: np.ndarray) -> float:
-    """How far inside the base the centre stands, seen along the normal; negative outside."""
+    """Return how far inside the base the centre stands, seen along the normal; negative outside."""
     u = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
     u /= np.linalg.norm(u)
     plane = np.stack([u, np.cross(normal, u)], axis=1)

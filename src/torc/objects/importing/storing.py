@@ -1,4 +1,4 @@
-"""Imported objects into the user's store, under names and descriptions that nothing else has."""
+"""Put imported objects into the user's store, under unique names and descriptions."""
 
 from collections import Counter, defaultdict
 from collections.abc import Mapping
@@ -20,11 +20,11 @@ from torc.objects.object_files import check_replaceable, load_source, save_objec
 
 MAX_MESHES = 2_000
 _RICHER = ("glb", "obj", "ply", "stl")
-"""Which of several files of one mesh to take: the one that can hold most."""
+"""Order of preference among several files of one mesh: the format that can hold most first."""
 
 
 def check_name(name: str, library: Path | None = None, overwrite: bool = False) -> Path:
-    """The directory where an object of that name goes. Raises InputError if the name is taken."""
+    """Return the directory for an object of that name. Raises InputError if the name is taken."""
     if name in builtin_object_names():
         raise InputError(f"'{name}' is an object that comes with torc. Give another --name.")
     directory = (library or store_directories()[0]) / name
@@ -38,8 +38,10 @@ def check_name(name: str, library: Path | None = None, overwrite: bool = False) 
 
 
 def kept_names(files: Mapping[Path, str], scale: float, library: Path | None = None) -> dict[Path, str]:
-    """Which mesh files (with the names that they would get now) were imported before, by that scale, and what the
-    objects are called; an object stands for one file."""
+    """Return which mesh files were imported before at that scale, and the names of their objects.
+
+    `files` maps them to the names that they would get now; an object stands for one file.
+    """
     made: dict[str, list[str]] = defaultdict(list)
     for file in sorted((library or store_directories()[0]).glob("*/object.yaml")):
         with suppress(InputError):  # a damaged one stands for no file
@@ -55,7 +57,7 @@ def kept_names(files: Mapping[Path, str], scale: float, library: Path | None = N
 
 
 def check_library(library: Path | None = None) -> None:
-    """Raises InputError if objects cannot be kept there."""
+    """Raise InputError if objects cannot be kept there."""
     directory = library or store_directories()[0]
     try:
         directory.mkdir(parents=True, exist_ok=True)
@@ -68,10 +70,11 @@ def check_library(library: Path | None = None) -> None:
 def add_object(
     imported: MeshImport, library: Path | None = None, overwrite: bool = False, note: str = ""
 ) -> MeshImport:
-    """Stores an imported object with a note, e.g. its licence, by default in the first directory of the store; returns
-    what was stored: its description gets a number if another object has the same.
+    """Store an imported object with a note, e.g. its licence, by default in the first directory of the store.
 
-    Raises InputError if the name is taken (and not overwrite), or the directory cannot be written.
+    Returns what was stored: its description gets a number if another object has that description. Raises InputError if
+    the
+    name is taken (and not overwrite), or the directory cannot be written.
     """
     directory = check_name(imported.model.name, library, overwrite)
     model = replace(
@@ -83,10 +86,10 @@ def add_object(
 
 
 def unique_description(wanted: str, name: str) -> str:
-    """`wanted`, with a number if an object other than `name` is described so: planners tell objects apart by it."""
+    """Return `wanted`, numbered if an object other than `name` is described so: planners distinguish objects by it."""
     taken = set()
     for other in object_names():
-        with suppress(InputError):  # a damaged one is in nobody's way
+        with suppress(InputError):  # a damaged one does not matter
             if other != name:
                 taken.add(object_description(other))
     number, found = 2, wanted
@@ -96,10 +99,10 @@ def unique_description(wanted: str, name: str) -> str:
 
 
 def find_meshes(directory: Path) -> tuple[list[tuple[Path, str]], list[tuple[Path, str]]]:
-    """Mesh files in a directory and below, with a name for each; and those left out, with the reason.
+    """Return mesh files in a directory and below, with a name for each; and those left out, with the reason.
 
-    Of files that differ in their ending only, the richest format is taken, whatever is in them. Files of the same name
-    in different directories get these directories' names too. Raises InputError for far too many meshes.
+    Of files that differ only in their ending, the richest format is taken, whatever they contain. Files of one name in
+    different directories get these directories' names too. Raises InputError for far too many meshes.
     """
     by_stem: dict[Path, list[Path]] = defaultdict(list)
     for path in sorted(directory.rglob("*")):

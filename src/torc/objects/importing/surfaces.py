@@ -1,5 +1,7 @@
-"""Surfaces as a mesh file has them, their cleaning, and the solid behind them: consistent orientation, small holes and
-missing undersides closed."""
+"""Clean the surfaces of a mesh file, and find the solid behind them.
+
+Orientation becomes consistent; small holes and missing undersides are closed.
+"""
 
 from dataclasses import dataclass, replace
 
@@ -10,25 +12,32 @@ from jaxtyping import Float, Int, UInt8
 from torc.objects.models import Quat, VisualMesh
 
 GRAY: Quat = (0.72, 0.72, 0.74, 1.0)
-"""Of meshes without colours."""
+"""Colour of meshes without colours."""
 _SHARP_RAD = float(np.deg2rad(40.0))
 _WELD_DIGITS = 6
-"""Corners that are the same to a micrometre are one."""
+"""Corners that agree to a micrometre are one."""
 _FLAT = 1e-6
-"""Area against the square of the longest edge: above the rounding of files in single precision, and of a thing of 0.3 m
-less than a micrometre."""
+"""Area relative to the square of the longest edge: above the rounding of single-precision files, and less than a
+micrometre for a thing of 0.3 m.
+"""
 _SMALL_HOLE = 0.4
 """Holes whose rim is shorter than this times the largest extent are closed."""
 _UNDERSIDE = 0.04
-"""An opening counts as underside if its whole rim is lower than this share of the height."""
+"""An opening counts as underside if its whole rim is below this share of the height."""
 _AGGRESSIONS = (5, 7, 10)
-"""Of the simplification, from the truest to the most eager; torn meshes stop the true ones early."""
+"""Settings of the simplification, from the most faithful to the most eager; torn meshes stop the faithful ones early.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """One surface of one material, z up, metres; uv per vertex, v down; rgba multiplies the texture; colors, per
-    vertex, take the place of rgba."""
+    """One surface of one material, z up, metres.
+
+    Attributes:
+        uv: per vertex, v down.
+        rgba: multiplies the texture.
+        colors: per vertex; replace rgba.
+    """
 
     vertices: Float[np.ndarray, "n 3"]
     faces: Int[np.ndarray, "m 3"]
@@ -38,12 +47,12 @@ class Surface:
     colors: UInt8[np.ndarray, "n 3"] | None = None
 
     def only(self, faces: Int[np.ndarray, "k 3"]) -> "Surface":
-        """The surface with these faces, without vertices that they do not use."""
+        """Return the surface with these faces, without unused vertices."""
         used, inverse = np.unique(faces, return_inverse=True)
         return self.at(used, inverse.reshape(-1, 3))
 
     def at(self, rows: Int[np.ndarray, "k"], faces: Int[np.ndarray, "l 3"]) -> "Surface":
-        """A surface of some of the vertices; the faces count those."""
+        """Return a surface of some of the vertices; the faces index those."""
         return replace(
             self,
             vertices=self.vertices[rows],
@@ -54,13 +63,13 @@ class Surface:
 
 
 def sound(surface: Surface) -> Surface:
-    """The surface without faces that use corners which are not there or not finite."""
+    """Return the surface without faces whose corners are missing or not finite."""
     faces = surface.faces[((surface.faces >= 0) & (surface.faces < len(surface.vertices))).all(axis=1)]
     return surface.only(faces[np.isfinite(surface.vertices[faces]).all(axis=(1, 2))])
 
 
 def with_area(surface: Surface) -> Surface:
-    """The surface without faces that have no area to speak of."""
+    """Return the surface without faces of negligible area."""
     corners = surface.vertices[surface.faces]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
@@ -68,7 +77,9 @@ def with_area(surface: Surface) -> Surface:
 
 
 def welded(vertices: Float[np.ndarray, "n 3"], faces: Int[np.ndarray, "m 3"]) -> trimesh.Trimesh:
-    """One net where corners coincide; every triangle once, none with a corner twice. Flat ones stay: they close it."""
+    """Weld corners that coincide; keep every triangle once, none with a corner twice. Flat ones stay: they close the
+    net.
+    """
     first, place = trimesh.grouping.unique_rows(vertices, digits=_WELD_DIGITS)
     net = trimesh.Trimesh(vertices[first], place[faces], process=False)
     net.update_faces(net.unique_faces() & (np.diff(np.sort(net.faces, axis=1), axis=1) > 0).all(axis=1))
@@ -77,7 +88,7 @@ def welded(vertices: Float[np.ndarray, "n 3"], faces: Int[np.ndarray, "m 3"]) ->
 
 
 def shaded(surface: Surface) -> VisualMesh:
-    """The surface with vertices split at sharp edges (40 degrees), and a unit normal per vertex, smooth elsewhere."""
+    """Return the surface split at sharp edges (40 degrees), with a unit normal per vertex, smooth elsewhere."""
     first, place = trimesh.grouping.unique_rows(surface.vertices, digits=_WELD_DIGITS)
     net = trimesh.Trimesh(surface.vertices[first], place[surface.faces], process=False)
     smooth = net.face_adjacency[net.face_adjacency_angles < _SHARP_RAD]
@@ -100,7 +111,7 @@ def shaded(surface: Surface) -> VisualMesh:
 
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """A welded net; `turned` if the file's triangles faced inwards, which here face outwards."""
+    """A welded net whose triangles face outwards; `turned` if the file's faced inwards."""
 
     net: trimesh.Trimesh
     turned: bool
@@ -108,24 +119,24 @@ class Solid:
 
     @property
     def closed(self) -> bool:
-        """Whether there is an inside, and all triangles face outwards."""
+        """True if there is an inside, and all triangles face outwards."""
         return bool(self.net.is_watertight and self.net.is_winding_consistent)
 
 
 def solid(net: trimesh.Trimesh) -> Solid:
-    """The net with its triangles turned the same way, and its holes closed where that is surely meant."""
+    """Orient the net's triangles consistently, and close holes that are surely unintended."""
     net = net.copy()
     consistent = bool(net.is_winding_consistent)
     trimesh.repair.fix_winding(net)
     holes = _close_holes(net)
     turned = bool(consistent and net.is_watertight and net.volume < 0)
-    # Where the file is not consistent, what faces inwards cannot be told from a cavity: every part becomes a solid.
+    # If the file is inconsistent, a part that faces inwards may be a cavity or not: every part becomes a solid.
     trimesh.repair.fix_inversion(net, multibody=not consistent)
     return Solid(net, turned, holes)
 
 
 def simplified(net: trimesh.Trimesh, max_faces: int) -> trimesh.Trimesh:
-    """The net with about max_faces triangles, by quadric edge collapse; as it is if it has no more."""
+    """Return the net with about max_faces triangles, by quadric edge collapse; unchanged if it has no more."""
     if len(net.faces) <= max_faces:
         return net
     center, size = net.vertices.mean(axis=0), float(net.extents.max())
@@ -139,14 +150,14 @@ def simplified(net: trimesh.Trimesh, max_faces: int) -> trimesh.Trimesh:
 
 
 def _close_holes(net: trimesh.Trimesh) -> int:
-    """Fans over small holes and over openings of the underside; other openings (a cup's mouth) stay."""
+    """Close small holes and openings of the underside by fans; other openings (a cup's mouth) stay."""
     open_edges = net.edges[trimesh.grouping.group_rows(net.edges_sorted, require_count=1)]
     vertices, fans = [np.asarray(net.vertices)], [np.asarray(net.faces)]
     low, height, extent = net.bounds[0, 2], net.extents[2], net.extents.max()
     for corners in trimesh.graph.connected_components(open_edges, min_len=3):
         rim = open_edges[np.isin(open_edges[:, 0], corners)]
         if len(np.unique(rim[:, 0])) < len(rim) or len(rim) != len(corners):
-            continue  # it crosses another, or is no loop
+            continue  # it crosses another, or is not a loop
         ends = net.vertices[rim]
         length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum()
         if (ends[..., 2] < low + _UNDERSIDE * height).all() or length < _SMALL_HOLE * extent:

@@ -1,8 +1,8 @@
-"""What the network is given: the part of a picture that may show objects, at about one scale whatever the camera.
+"""Make the network's input: the part of a picture that may show objects, at about one scale whatever the camera.
 
-A patch is the picture, cut and scaled so that a pixel is about 2 mm wide on what it shows: what is learned of one
-camera holds for others. Its channels tell of shape first: height above the support, distance along the view, normals,
-whether there is a reading; colour comes last. All are in a frame that gravity and the camera's heading give.
+A patch is the picture, cut and scaled so that a pixel is about 2 mm wide on what it shows: what is learned from one
+camera holds for others. Its channels describe shape first: height above the support, distance along the view, normals,
+whether there is a reading; colour comes last. All are in a frame that gravity and the camera's heading define.
 """
 
 from dataclasses import dataclass
@@ -14,16 +14,16 @@ from jaxtyping import Bool, Float, Float32, UInt8
 from torc.geometry.transforms import Pose
 
 PIXEL_M = 0.002
-"""Width of a pixel on what it shows, about."""
+"""Approximate width of a pixel on what it shows."""
 CHANNELS = 9
 """Height; distance along the heading; the normal to the right, along the heading and up; reading; red, green, blue."""
 _HEIGHT_UNIT_M, _AHEAD_UNIT_M = 0.10, 0.15
 _BELOW_M, _ABOVE_M = -0.05, 0.45
-"""Heights are cut off there."""
+"""Heights are clipped here."""
 _AHEAD_M = 0.6
 _SMOOTH_PX = 1.0
 _UPSIDE_DOWN = 0.3
-"""World's z of the picture's downward axis: more, and the camera hangs upside down."""
+"""The camera hangs upside down if the world's z of the picture's downward axis is larger than this."""
 
 
 @dataclass(frozen=True)
@@ -45,14 +45,14 @@ class View:
 
 @dataclass(frozen=True)
 class Window:
-    """Where a patch comes from: its first row and column in the picture, and the patch's pixels per pixel of that."""
+    """The source of a patch: its first row and column in the picture, and the patch's pixels per picture pixel."""
 
     row: int
     col: int
     scale: float
 
     def source(self, height: int, width: int) -> tuple[Float32[np.ndarray, "h"], Float32[np.ndarray, "w"]]:
-        """Rows and columns in the picture of the rows and columns of a patch of that size."""
+        """Return the picture's rows and columns for the rows and columns of a patch of that size."""
         rows = (np.arange(height) + 0.5) / self.scale - 0.5 + self.row
         cols = (np.arange(width) + 0.5) / self.scale - 0.5 + self.col
         return rows.astype(np.float32), cols.astype(np.float32)
@@ -64,8 +64,9 @@ class Patch:
 
     Attributes:
         rgb, depth_m: as in the view; 0 for no reading.
-        points: in the heading's frame (right, ahead, height above the support), metres; where there is no reading,
-            filled in from around.
+        points: in the heading's frame (right, ahead, height above the support), metres; filled in from around where
+            there
+            is no reading.
     """
 
     window: Window
@@ -80,12 +81,12 @@ class Patch:
 
 
 def hangs_upside_down(T_world_camera: Pose) -> bool:
-    """Whether things that stand upright stand on their heads in the picture."""
+    """Check whether things that stand upright are upside down in the picture."""
     return bool(T_world_camera[2, 1] > _UPSIDE_DOWN)
 
 
 def turned_over(view: View) -> View:
-    """The view as a camera turned by 180 degrees about its optical axis has it."""
+    """Return the view of a camera turned by 180 degrees about its optical axis."""
     height, width = view.depth_m.shape
     K, T = view.K.copy(), view.T_world_camera.copy()
     K[0, 2], K[1, 2] = width - 1 - K[0, 2], height - 1 - K[1, 2]
@@ -95,7 +96,7 @@ def turned_over(view: View) -> View:
 
 
 def cut(view: View, window: Window, height: int, width: int) -> Patch:
-    """The patch of that size at a window; what lies outside of the picture has no reading and is black."""
+    """Cut the patch of that size at a window; outside the picture it has no reading and is black."""
     rows, cols = window.source(height, width)
     grid_cols, grid_rows = np.meshgrid(cols, rows)
     nearest = cv2.INTER_NEAREST
@@ -112,7 +113,7 @@ def cut(view: View, window: Window, height: int, width: int) -> Patch:
 
 
 def channels(patch: Patch) -> Float32[np.ndarray, "c h w"]:
-    """The network's inputs."""
+    """Return the network's inputs."""
     out = np.empty((CHANNELS, *patch.depth_m.shape), np.float32)
     ahead, up = patch.points[..., 1], patch.points[..., 2]
     out[0] = np.clip(up, _BELOW_M, _ABOVE_M) / _HEIGHT_UNIT_M
@@ -127,7 +128,7 @@ def channels(patch: Patch) -> Float32[np.ndarray, "c h w"]:
 
 
 def filled(depth_m: Float32[np.ndarray, "h w"]) -> Float32[np.ndarray, "h w"]:
-    """Depth with a rough guess where there is no reading: what lies around, ever more widely (push and pull)."""
+    """Fill missing readings with a rough guess from their surroundings, ever more widely (push and pull)."""
     levels = [(depth_m, (depth_m > 0).astype(np.float32))]
     while min(levels[-1][0].shape) > 1 and (levels[-1][1] == 0).any():
         value, weight = levels[-1]
@@ -144,8 +145,10 @@ def filled(depth_m: Float32[np.ndarray, "h w"]) -> Float32[np.ndarray, "h w"]:
 
 
 def heading(T_world_camera: Pose) -> Float[np.ndarray, "3 3"]:
-    """Rows: right, ahead and up, horizontal but for the last; ahead is where the camera looks, or, where it looks down,
-    where the upper edge of its picture points."""
+    """Return rows right, ahead and up, horizontal except the last.
+
+    Ahead is where the camera looks, or, if it looks down, where the upper edge of its picture points.
+    """
     ahead = T_world_camera[:3, 2] - T_world_camera[:3, 1]
     flat = np.array([ahead[0], ahead[1], 0.0])
     length = float(np.linalg.norm(flat))
@@ -166,7 +169,7 @@ def _points(
 
 
 def _normals(points: Float32[np.ndarray, "h w 3"]) -> Float32[np.ndarray, "3 h w"]:
-    """Unit normals of the smoothed surface, towards the camera."""
+    """Return unit normals of the smoothed surface, towards the camera."""
     smooth = cv2.GaussianBlur(points, (0, 0), _SMOOTH_PX)
     across = cv2.Sobel(smooth, cv2.CV_32F, 1, 0, ksize=3)
     down = cv2.Sobel(smooth, cv2.CV_32F, 0, 1, ksize=3)

@@ -1,9 +1,9 @@
-"""From what the network says of pixels and pairs of pixels to one mask per object.
+"""Turn the network's output on pixels and pairs of pixels into one mask per object.
 
-Pixels of an object fall into small basins, each around a place that is deep inside of something. Basins are joined in
-the order of how surely pairs of pixels across them show the same object, on average over all pairs at all distances, as
-long as that is more likely than not (average linkage, as in Bailoni et al. 2022, GASP). So what something else in front
-cuts in two can be joined across the gap, and one weak spot in a boundary joins nothing.
+Pixels of an object fall into small basins, each around a place that is deep inside something. Basins are joined in
+the order of the mean probability that pairs of pixels across them, at all distances, show one object, while that is
+more likely than not (average linkage, as in Bailoni et al. 2022, GASP). So an object cut in two by something in front
+can be joined across the gap, and one weak spot in a boundary joins nothing.
 """
 
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ OFFSETS = tuple(
 
 
 _WALL = 0.5
-"""A basin does not reach over pairs of pixels that show the same with a lower probability."""
+"""A basin does not reach over pairs of pixels that show one object with a lower probability."""
 
 
 @dataclass(frozen=True)
@@ -55,8 +55,9 @@ class Instances:
 
     Attributes:
         label: number of the mask per pixel, from 0 on, largest first; -1 for none.
-        sureness: per mask, how surely it is one object: the mean probability of pairs within it that they show the
-            same, times that of pairs across its rim that they do not.
+        sureness: per mask, how surely it is one object: the mean probability of pairs within it to show one object,
+            times
+            that of pairs across its rim not to.
     """
 
     label: Int16[np.ndarray, "h w"]
@@ -68,7 +69,7 @@ def find_instances(
     same_p: Float32[np.ndarray, "k h w"],
     config: InstanceConfig | None = None,
 ) -> Instances:
-    """Masks from the probability that a pixel shows an object, and that it shows the same one as its partners."""
+    """Return masks, given the probability that a pixel shows an object, and that it shows the object of its partners."""
     config = InstanceConfig() if config is None else config
     mask = object_p > config.object_p
     basins, count = _basins(mask, same_p)
@@ -83,13 +84,13 @@ def find_instances(
 
 
 def _basins(mask: np.ndarray, same_p: Float32[np.ndarray, "k h w"]) -> tuple[Int32[np.ndarray, "h w"], int]:
-    """Number of the basin per pixel, -1 outside of the mask; and how many there are."""
+    """Return the number of the basin per pixel, -1 outside the mask; and how many there are."""
     (_, reach), (down, _) = OFFSETS[0], OFFSETS[1]
     inside = np.minimum(np.minimum(same_p[0], _moved(same_p[0], 0, reach)), same_p[1])
     inside = np.where(mask, np.minimum(inside, _moved(same_p[1], down, 0)), np.float32(0))
     deep = cv2.distanceTransform((inside > 0.5).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5)
     field = cv2.GaussianBlur(deep + inside, (0, 0), 1.2)
-    # Two pairs, each of pixels two apart, lie across the step from a pixel to the next.
+    # Two pairs, each of pixels two apart, cross the step from a pixel to the next.
     right, below = same_p[0] < _WALL, same_p[1] < _WALL
     right[:, 1:] &= right[:, :-1]
     below[1:] &= below[:-1]
@@ -97,7 +98,7 @@ def _basins(mask: np.ndarray, same_p: Float32[np.ndarray, "k h w"]) -> tuple[Int
 
 
 def _moved(image: np.ndarray, rows: int, cols: int) -> np.ndarray:
-    """The image moved down and to the right; what comes in from outside is 1."""
+    """Move the image down and to the right; what comes in from outside is 1."""
     out = np.ones_like(image)
     h, w = image.shape
     out[rows:, cols:] = image[: h - rows, : w - cols]
@@ -106,7 +107,7 @@ def _moved(image: np.ndarray, rows: int, cols: int) -> np.ndarray:
 
 @njit(cache=True)
 def _climb(field, mask, right, below):
-    """Every pixel goes uphill to the top of its basin, over no wall: `right` of a pixel, or `below` it."""
+    """Send every pixel uphill to the top of its basin, over no wall: `right` of a pixel, or `below` it."""
     height, width = field.shape
     up = np.full(height * width, -1, np.int32)
     for r in range(height):
@@ -148,7 +149,7 @@ def _climb(field, mask, right, below):
 
 @njit(cache=True)
 def _add_up(basins, same, offsets, count):
-    """Sum of the probabilities of all pairs across each two basins, and the number of pairs; symmetric."""
+    """Return the sum of the probabilities of all pairs across each two basins, and the number of pairs; symmetric."""
     height, width = basins.shape
     sums = np.zeros((count, count), np.float32)
     pairs = np.zeros((count, count), np.int32)
@@ -170,7 +171,7 @@ def _add_up(basins, same, offsets, count):
 
 @njit(cache=True)
 def _join(sums, pairs, least, min_pairs):
-    """Joins the two basins with the highest mean, again and again; the owner of each in the end."""
+    """Join the two basins with the highest mean repeatedly; return the final owner of each."""
     count = sums.shape[0]
     owner = np.arange(count)
     best = np.full(count, -1, np.int64)
@@ -211,7 +212,7 @@ def _find_best(a, sums, pairs, alive, best, best_mean, min_pairs):
 
 
 def numbered(label: Int32[np.ndarray, "h w"], min_pixels: int) -> Int16[np.ndarray, "h w"]:
-    """Numbers from 0 on, largest first, without what is too small."""
+    """Number masks from 0 on, largest first, dropping those that are too small."""
     sizes = np.bincount(label[label >= 0]) if (label >= 0).any() else np.zeros(1, int)
     order = np.argsort(-sizes, kind="stable")
     kept = order[sizes[order] >= max(min_pixels, 1)]

@@ -1,4 +1,4 @@
-"""The two networks that come with torc, run by onnxruntime on the processor."""
+"""Run torc's two networks by onnxruntime on the processor."""
 
 from functools import lru_cache
 from pathlib import Path
@@ -17,20 +17,22 @@ MULTIPLE_PX = 32
 
 
 def segment_patch(inputs: Float32[np.ndarray, "c h w"], threads: int = 1) -> Float32[np.ndarray, "o h w"]:
-    """Probabilities per pixel: that it shows an object, then one per offset (`instances.OFFSETS`), that its partner
-    shows the same. Sides are multiples of MULTIPLE_PX. Raises MissingDependencyError without onnxruntime.
+    """Return probabilities per pixel: of showing an object, then one per offset (`instances.OFFSETS`), of its partner
+    too.
+
+    Sides are multiples of MULTIPLE_PX. Raises MissingDependencyError without onnxruntime.
     """
     return np.asarray(onnx_session(EYES, threads).run(None, {"inputs": inputs[None]})[0][0])
 
 
 def describe(crops: UInt8[np.ndarray, "n s s 4"], threads: int = 1) -> Float32[np.ndarray, "n d"]:
-    """What objects look like, unit vectors, from their crops. Raises as `segment_patch`."""
+    """Describe the looks of objects by unit vectors, from their crops. Raises as `segment_patch`."""
     return np.asarray(onnx_session(DESCRIPTOR, threads).run(None, {"inputs": descriptor_inputs(crops)})[0])
 
 
 @lru_cache(maxsize=8)
 def onnx_session(path: Path, threads: int) -> Any:
-    """An ONNX file that is ready to run on the processor; kept. Raises MissingDependencyError without onnxruntime."""
+    """Open an ONNX file for the processor; cached. Raises MissingDependencyError without onnxruntime."""
     try:
         import onnxruntime
     except ImportError as error:
@@ -39,7 +41,7 @@ def onnx_session(path: Path, threads: int) -> Any:
         ) from error
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads, options.inter_op_num_threads = threads, 1
-    # Threads that wait for work would take the processor from everybody else.
+    # Threads that spin while they wait would take the processor from everyone else.
     options.add_session_config_entry("session.intra_op.allow_spinning", "0")
     options.log_severity_level = 3
     return onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])

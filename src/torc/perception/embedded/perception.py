@@ -1,4 +1,4 @@
-"""The stage `--perception embedded`: objects, their ids and the target, from colour and depth alone."""
+"""The stage `--perception embedded`: finds objects, their ids and the target from colour and depth alone."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -19,17 +19,17 @@ from torc.workspace.description import Workspace
 
 @dataclass(frozen=True)
 class EmbeddedConfig(FromMasksConfig):
-    """Settings of torc's own eyes.
+    """Settings of torc's own perception.
 
     Attributes:
-        instances: how masks are made of what the network says.
+        instances: how masks are made from the network's output.
     """
 
     instances: InstanceConfig = field(default_factory=InstanceConfig)
 
 
 class EmbeddedPerception(FromMasks):
-    """Finds the objects on the workspace's support, keeps their ids, and knows the target by reference pictures."""
+    """Finds the objects on the workspace's support, keeps their ids, and recognises the target by reference pictures."""
 
     needs_pictures = True
     """A simulated trial takes reference pictures of the target for it."""
@@ -39,16 +39,16 @@ class EmbeddedPerception(FromMasks):
         super().__init__(EmbeddedConfig() if config is None else config, workspace)
 
     def find(self, observation: Observation, wanted: Wanted) -> Masks:
-        """The masks, whatever is wanted."""
+        """Return the masks, whatever is wanted."""
         return Masks(*self.masks(observation))
 
     def masks(self, observation: Observation) -> tuple[Int16[np.ndarray, "h w"], Float32[np.ndarray, "n"]]:
-        """Number of the mask per pixel of the picture, -1 for none, and how surely each is one object."""
+        """Return the number of the mask per pixel, -1 for none, and how surely each is one object."""
         clouds = self.config.clouds
         depth = valid_depth(observation.depth_m, clouds.min_depth_m, clouds.max_depth_m).astype(np.float32)
         pose = observation.T_world_camera
         view = View(observation.rgb, depth, observation.K, pose, self.workspace.support_z_m)
-        # The network was shown things that stand upright in the picture.
+        # The network was trained on things that stand upright in the picture.
         upside_down = hangs_upside_down(pose)
         view = turned_over(view) if upside_down else view
         place = window_on(view, self.workspace.grid, MULTIPLE_PX)
@@ -68,7 +68,7 @@ class EmbeddedPerception(FromMasks):
 def uncut(
     label: Int16[np.ndarray, "h w"], window: Window, shape: tuple[int, ...]
 ) -> Int16[np.ndarray, "a b"]:
-    """The labels of a patch in a picture of that shape, -1 outside of it."""
+    """Return the labels of a patch in a picture of that shape, -1 outside."""
     out = np.full(shape, -1, np.int16)
     height, width = label.shape
     rows = np.arange(window.row, min(window.row + int(height / window.scale), shape[0]))
@@ -82,14 +82,14 @@ def uncut(
 
 
 _ACROSS = 2
-"""Channel of the normal's part to the right, which a mirror turns round."""
+"""Channel of the normal's part to the right, which a mirror reverses."""
 
 
 def both_ways(
     network: Callable[[Float32[np.ndarray, "c h w"]], Float32[np.ndarray, "o h w"]],
     inputs: Float32[np.ndarray, "c h w"],
 ) -> Float32[np.ndarray, "o h w"]:
-    """What the network says on average of a picture and of its mirror image, in the picture's own pixels."""
+    """Return the network's mean output for a picture and its mirror image, in the picture's own pixels."""
     image = np.ascontiguousarray(inputs[..., ::-1])
     image[_ACROSS] = -image[_ACROSS]
     out = network(inputs)
@@ -99,8 +99,9 @@ def both_ways(
 def unmirrored(
     said: Float32[np.ndarray, "o h w"], otherwise: Float32[np.ndarray, "o h w"]
 ) -> Float32[np.ndarray, "o h w"]:
-    """What was said of a mirror image, of the picture itself. Where the partner of a pixel lies outside of the mirror
-    image: `otherwise`."""
+    """Return the output for a mirror image in the picture's pixels; `otherwise` where a partner lies outside the mirror
+    image.
+    """
     turned = said[..., ::-1]
     out = otherwise.copy()
     out[0] = turned[0]

@@ -1,4 +1,4 @@
-"""Which part of a picture may show objects: what rises from the support within the region of interest."""
+"""Find the part of a picture that may show objects: what rises from the support within the region of interest."""
 
 import cv2
 import numpy as np
@@ -9,21 +9,23 @@ from torc.perception.embedded.inputs import PIXEL_M, View, Window
 from torc.records import VoxelGrid
 
 _LEAST_M, _MOST_M = 0.004, 0.6
-"""Heights above the support at which something can be an object."""
+"""Range of heights above the support at which something can be an object."""
 NOISE = 3.0
-"""What rises less than so many times the support's own roughness is none."""
+"""What rises less than this many times the support's own roughness is not an object."""
 _SUPPORT_M = 0.015
 _RIM_M = 0.05
 _MOST_PX = 420_000
-"""Of a patch: larger ones are scaled down further."""
+"""Most pixels of a patch: larger ones are scaled down further."""
 _LEAST_SIDE_PX = 96
 
 
 def window_on(view: View, grid: VoxelGrid, multiple_px: int) -> tuple[Window, int, int] | None:
-    """Where to cut a patch, and its height and width, multiples of `multiple_px`; None where nothing rises.
+    """Return where to cut a patch, and its height and width, multiples of `multiple_px`; None if nothing rises.
 
     Args:
+        view: the picture.
         grid: objects stand within its outline.
+        multiple_px: see `MULTIPLE_PX`.
     """
     rises = rising(view, grid)
     if not rises.any():
@@ -45,7 +47,7 @@ def window_on(view: View, grid: VoxelGrid, multiple_px: int) -> tuple[Window, in
 
 
 def rising(view: View, grid: VoxelGrid) -> Bool[np.ndarray, "h w"]:
-    """Pixels of what rises from the support within the grid's outline, single ones left out."""
+    """Return the pixels of what rises from the support within the grid's outline, without single ones."""
     rows, cols = np.nonzero(view.depth_m > 0)
     points = unproject(rows, cols, view.depth_m[rows, cols].astype(np.float64), view.K, view.T_world_camera)
     inside = ((points[:, :2] >= grid.origin[:2]) & (points[:, :2] <= grid.upper[:2])).all(axis=1)
@@ -57,6 +59,6 @@ def rising(view: View, grid: VoxelGrid) -> Bool[np.ndarray, "h w"]:
 
 
 def support_roughness(height: Float[np.ndarray, "n"]) -> float:
-    """Standard deviation of what lies flat, as the median tells it; `height` is above the support, metres."""
+    """Return the standard deviation of what lies flat, by the median; `height` is above the support, metres."""
     flat = np.abs(height[np.abs(height) < _SUPPORT_M])
     return 1.48 * float(np.median(flat)) if len(flat) else 0.0

@@ -1,7 +1,7 @@
-"""One RGB-D frame, with masks or without, from anywhere: read, checked, and turned into an Observation.
+"""Read, check and turn one RGB-D frame from any source, with or without masks, into an Observation.
 
-docs/frames.md lists what the two forms, a .npz file and a directory, hold. Without `target` label 0 is the target; if
-no object has that label, the frame is refused.
+docs/frames.md lists the contents of the two forms, a .npz file and a directory. Without `target`, label 0 is the
+target; a frame in which no object has that label is refused.
 """
 
 from torc.pipeline.frames.frame_files import (

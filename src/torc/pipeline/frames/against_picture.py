@@ -1,4 +1,4 @@
-"""What was given with a picture, held against the picture: the camera's pose, the support, the depth."""
+"""Check what was given with a picture against the picture: the camera's pose, the support, the depth."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -14,31 +14,31 @@ from torc.pipeline.frames.support_plane import level_heights, level_share
 from torc.records import Observation
 
 _TABLE_TOP_M = (0.2, 2.5)
-"""Median depth of pictures of supports. Other pictures are brought to 1 m before one is looked for."""
+"""Median depth of pictures of supports. Other pictures are scaled to 1 m before a support is looked for."""
 _LEVEL_DEG = 10.0
 _TILTED_DEG = 15.0
-"""A support that is tilted by more than this according to a pose makes the pose doubtful."""
+"""A pose that tilts the support by more than this is doubtful."""
 _OFF_M = 0.05
 _SAME_M = 0.02
 _FACTORS = (4.0, 5.0, 10.0, 1000.0)
 _FACTOR_TOLERANCE = 0.17
 _LEAST_LEVEL, _LARGER = 0.02, 3.0
-"""A surface at the given height has this share of what is level, and one above it is at most so many times larger."""
+"""Share of the level pixels that a surface at the given height has; one above it is at most `_LARGER` times larger."""
 _BIN_DEPTH_M = 0.5
 _USUAL_DISTANCE_M = (0.2, 2.5)
-"""From a support up to the camera."""
+"""From a support to the camera above it."""
 _DEEPEST_M = 1.0
 
 
 class Plane(NamedTuple):
-    """The largest support in a picture: its unit normal in the camera's frame, and how far the camera is above it."""
+    """The largest support in a picture: its unit normal in the camera's frame, and the camera's height above it."""
 
     up: Float[np.ndarray, "3"]
     distance_m: float
 
 
 def support_in_picture(observation: Observation) -> Plane | None:
-    """The support by the picture alone; None if none is found. A wrong unit of depth does not hide it."""
+    """Find the support from the picture alone; None if none is found. A wrong unit of depth does not hide it."""
     depth_m = observation.depth_m
     median_m = float(np.median(depth_m[depth_m > 0]))
     low, high = _TABLE_TOP_M
@@ -51,12 +51,12 @@ def support_in_picture(observation: Observation) -> Plane | None:
 
 
 def tilt_deg(pose: Pose, plane: Plane) -> float:
-    """How far from level a pose makes the support."""
+    """Return how far from level a pose makes the support, in degrees."""
     return float(np.degrees(np.arccos(np.clip(pose[2, :3] @ plane.up, -1, 1))))
 
 
 def direction_of(where: str, key: str, pose: Pose, observation: Observation) -> tuple[Pose, str]:
-    """T_world_camera of a pose whose name leaves its direction open, and what to say of it.
+    """Return T_world_camera of a pose whose name leaves its direction open, and a message that explains the choice.
 
     Raises InputError unless exactly one direction makes the support level.
     """
@@ -78,7 +78,7 @@ def direction_of(where: str, key: str, pose: Pose, observation: Observation) -> 
 
 
 def doubts(observation: Observation, support_z_m: float | None) -> tuple[str, ...]:
-    """What the picture says against its kind of depth, and against the given pose, support height or unit of depth."""
+    """Return messages where the picture contradicts its kind of depth, or the given pose, support height or depth unit."""
     if text := along_rays_doubt(observation.depth_m, observation.K):
         return (text,)
     if observation.pose_estimated:
@@ -109,7 +109,7 @@ def _fits(T: Pose, plane: Plane) -> bool:
 
 
 def _mistakes(T: Pose) -> list[tuple[str, Pose]]:
-    """The usual mistakes, and the pose that would be right."""
+    """Return the usual mistakes, each with the pose that would be right."""
     q = wxyz_from_rotation(T[:3, :3])
     reordered = T.copy()
     reordered[:3, :3] = rotation_from_wxyz(np.roll(q, 1))
@@ -126,7 +126,7 @@ def _mistakes(T: Pose) -> list[tuple[str, Pose]]:
 
 
 def _turned(T: Pose, scale: float) -> Pose:
-    """The pose with its rotation's vector scaled."""
+    """Scale the pose's rotation vector."""
     q = wxyz_from_rotation(T[:3, :3])
     half = float(np.arccos(np.clip(q[0], -1, 1)))
     axis = q[1:] / max(float(np.linalg.norm(q[1:])), 1e-12)
@@ -136,21 +136,22 @@ def _turned(T: Pose, scale: float) -> Pose:
 
 
 def _is_level_somewhere(observation: Observation) -> bool:
-    """Whether a level surface takes up a good part of the picture by the given pose: then that may be the support, and
-    what was taken for it a wall or the side of a box.
+    """Check whether a level surface, by the given pose, takes up a good part of the picture.
+
+    Then that may be the support, and what was taken for it a wall or the side of a box.
     """
     return level_share(observation) > 0.1
 
 
 def _height_off(observation: Observation, plane: Plane, support_z_m: float) -> tuple[str, ...]:
-    """A support_z_m or a unit of depth that does not fit the picture, the likelier cause first."""
+    """Report a support_z_m or a unit of depth that does not fit the picture, the likelier cause first."""
     camera_z_m = float(observation.T_world_camera[2, 3])
     camera_m, seen_z_m = camera_z_m - support_z_m, camera_z_m - plane.distance_m
     if camera_m <= 0 or abs(plane.distance_m - camera_m) < _OFF_M:
         return ()
     unit = _fitting_unit(plane.distance_m / camera_m)
     height_first = not unit or _is_height_likelier(plane.distance_m, seen_z_m, support_z_m)
-    # Depth that is far too small may bring anything to the given height.
+    # Depth that is far too small can bring anything to the given height.
     if (height_first or seen_z_m < support_z_m) and _may_be_support(observation, support_z_m, seen_z_m):
         return ()
     if not height_first:
@@ -168,8 +169,9 @@ def _height_off(observation: Observation, plane: Plane, support_z_m: float) -> t
 
 
 def _may_be_support(observation: Observation, support_z_m: float, seen_z_m: float) -> bool:
-    """Whether a level surface lies at the given height, and is not just the floor around the largest one. A bin's may
-    be smaller than the table that it stands on.
+    """Check whether a level surface lies at the given height, and is not just the floor around the largest one.
+
+    A bin's may be smaller than the table that it stands on.
     """
     above_m = seen_z_m - support_z_m
     if above_m > _BIN_DEPTH_M:
@@ -183,7 +185,7 @@ def _may_be_support(observation: Observation, support_z_m: float, seen_z_m: floa
 
 
 def _fitting_unit(ratio: float) -> str:
-    """The change of unit that makes up for depth that is too large by this ratio; "" if no usual one does."""
+    """Return the change of unit that corrects depth that is too large by this ratio; "" if no usual one does."""
     off = max(ratio, 1 / ratio)
     factor = min(_FACTORS, key=lambda f: abs(np.log(off / f)))
     if abs(np.log(off / factor)) > _FACTOR_TOLERANCE:
@@ -192,9 +194,10 @@ def _fitting_unit(ratio: float) -> str:
 
 
 def _is_height_likelier(distance_m: float, seen_z_m: float, support_z_m: float) -> bool:
-    """Whether a wrong support_z_m is likelier than a wrong unit of depth, where both would fit. It is where the depth
-    puts the camera as far from the support as cameras are, and the support where supports are: above the given height
-    (people leave out that of the table), or anywhere within reach of a robot where 0 is given.
+    """Check whether a wrong support_z_m is likelier than a wrong unit of depth, where both would fit.
+
+    True if the depth puts the camera at a usual distance from the support, and the support at a usual height: above the
+    given one (people leave out the table's), or anywhere within reach of a robot if 0 is given.
     """
     low, high = _USUAL_DISTANCE_M
     if not low < distance_m < high:

@@ -1,4 +1,4 @@
-"""Depth that is really the distance along each pixel's ray: planes in it are bowls, and flat once it is converted."""
+"""Detect depth that is the distance along each pixel's ray: its planes are bowls, and flat once it is converted."""
 
 import numpy as np
 from jaxtyping import Bool, Float, Float32
@@ -8,15 +8,17 @@ _FEWEST_POINTS = 100
 _FARTHEST = 3.0
 """Multiple of the median depth beyond which points do not count."""
 _NEAR_SHARE = 0.006
-"""A point belongs to a plane up to this share of its depth."""
+"""A point belongs to a plane if it is within this share of its depth."""
 _FLATTER, _LEAST_SHARE = 1.3, 0.2
-"""The largest plane grows by this factor, to this share of the points. On simulated pictures with good depth it grows
-by 1.0 at most, and by 1.2 where clutter fills the picture; from distances it mostly grows more than twofold.
+"""The largest plane must grow by this factor, to this share of the points.
+
+On simulated pictures with good depth it grows by 1.0 at most, and by 1.2 where clutter fills the picture; from
+distances along rays it mostly grows more than twofold.
 """
 
 
 def along_rays_doubt(depth_m: Float32[np.ndarray, "h w"], K: Float[np.ndarray, "3 3"]) -> str:
-    """What to say if the largest plane grows once depth is taken for distances along the rays; else ""."""
+    """Return a message if the largest plane grows once depth is read as distances along the rays; else ""."""
     rays, z = _sampled(depth_m, K)
     if len(z) < _FEWEST_POINTS:
         return ""
@@ -36,7 +38,7 @@ def along_rays_doubt(depth_m: Float32[np.ndarray, "h w"], K: Float[np.ndarray, "
 def _sampled(
     depth_m: Float32[np.ndarray, "h w"], K: Float[np.ndarray, "3 3"]
 ) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n"]]:
-    """Rays with z = 1, and depth along them; evenly over the picture."""
+    """Return rays with z = 1 and the depth along them, sampled evenly over the picture."""
     step = max(1, int(np.sqrt(depth_m.size / _SAMPLES)))
     rows, cols = np.mgrid[: depth_m.shape[0] : step, : depth_m.shape[1] : step]
     z = depth_m[::step, ::step].astype(float)
@@ -48,7 +50,7 @@ def _sampled(
 
 
 def _share_in_plane(points: Float[np.ndarray, "n 3"], near_m: Float[np.ndarray, "n"]) -> float:
-    """Share of the points in the plane that most lie in, by RANSAC and least squares."""
+    """Return the largest share of the points in one plane, by RANSAC and least squares."""
     corners = points[np.random.default_rng(0).integers(0, len(points), (_TRIES, 3))]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     lengths = np.linalg.norm(normals, axis=1)
@@ -63,7 +65,7 @@ def _share_in_plane(points: Float[np.ndarray, "n 3"], near_m: Float[np.ndarray, 
 def _share_near_fit(
     points: Float[np.ndarray, "n 3"], near_m: Float[np.ndarray, "n"], inside: Bool[np.ndarray, "n"]
 ) -> float:
-    """Share of the points near the plane that fits those inside best."""
+    """Return the share of the points near the plane that best fits those inside."""
     if np.count_nonzero(inside) < 3:
         return 0.0
     middle = points[inside].mean(axis=0)

@@ -1,8 +1,8 @@
-"""Pictures with true masks, from data sets as their makers publish them: OCID, OSD, GraspClutter6D, and torc's frames.
+"""Read pictures with true masks from published data sets: OCID, OSD, GraspClutter6D, and torc's frames.
 
-None of the first three is needed by torc, and none comes with it. OCID and OSD give no camera pose: the support is
-taken for level then (`torc.pipeline.frames.level`). Their intrinsics are those of the camera they were taken with, an
-Asus Xtion, as evaluations on them use.
+torc needs none of the first three and ships none. OCID and OSD give no camera pose: the support is then assumed level
+(`torc.pipeline.frames.level`). Their intrinsics are those of the camera they were taken with, an Asus Xtion, as
+evaluations on them use.
 """
 
 import json
@@ -32,8 +32,8 @@ class AnnotatedPicture:
     """A picture and its true masks.
 
     Attributes:
-        name: its path below the data set's.
-        observation: without labels; its pose is the identity where that is not known.
+        name: its path relative to the data set.
+        observation: without labels; its pose is the identity if unknown.
         posed: the camera's pose is known, with z up.
         truth: number of the object per pixel, BACKGROUND for none.
     """
@@ -45,8 +45,9 @@ class AnnotatedPicture:
 
 
 def annotated_pictures(root: Path, layout: str) -> list[tuple[str, Callable[[], AnnotatedPicture]]]:
-    """Names of the pictures of a data set, and what reads each. Raises InputError where there are none, and
-    UnknownNameError for a layout that is not in LAYOUTS.
+    """Return the names of a data set's pictures, each with a function that reads it.
+
+    Raises InputError if there are no pictures, UnknownNameError if the layout is not in LAYOUTS.
     """
     if layout not in LAYOUTS:
         raise UnknownNameError("layout of a data set", layout, list(LAYOUTS))
@@ -64,7 +65,7 @@ _Found = Iterator[tuple[str, Callable[[], AnnotatedPicture]]]
 def _ocid(root: Path) -> _Found:
     for rgb in sorted(root.rglob("rgb/*.png")):
         depth, label = (rgb.parent.parent / folder / rgb.name for folder in ("depth", "label"))
-        # 1 is what lies around, 2 the table where there is one.
+        # 1 is the surroundings, 2 the table if there is one.
         support = (0, 1, 2) if "table" in rgb.parts else (0, 1)
         yield _lazily(root, rgb, depth, label, support)
 
@@ -102,7 +103,7 @@ def _of_graspclutter6d(rgb: Path, name: str, cameras: Mapping[str, Any]) -> Anno
     try:
         camera = cameras[str(int(rgb.stem))]
         K = np.array(camera["cam_K"], float).reshape(3, 3)
-        # Called world-to-camera, but it is camera-to-world, millimetres.
+        # The key says world-to-camera, but the pose is camera-to-world, millimetres.
         R, t = np.array(camera["cam_R_w2c"], float).reshape(3, 3), np.array(camera["cam_t_w2c"], float)
         scale_m = float(camera["depth_scale"]) * _MM
     except (KeyError, ValueError, TypeError) as error:
@@ -189,7 +190,7 @@ LAYOUTS: Mapping[str, Callable[[Path], _Found]] = {
     "graspclutter6d": _graspclutter6d,
     "frames": _frames,
 }
-"""What finds the pictures of a data set, by its name."""
+"""By name of a data set, the function that finds its pictures."""
 _EXPECTED = {
     "ocid": "rgb/*.png with depth/ and label/ beside, anywhere below it",
     "osd": "image_color/*.png with disparity/ (depth in millimetres) and annotation/ beside",

@@ -1,4 +1,4 @@
-"""The two forms of a stored frame: a directory with rgb.png, depth.png, frame.json and more; a .npz file."""
+"""Read the two forms of a stored frame: a directory with rgb.png, depth.png, frame.json and more; a .npz file."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -25,9 +25,9 @@ from torc.records import StereoPair
 MAX_SIDE_PX, MIN_SIDE_PX = 8192, 16
 MAX_PIXELS = 20_000_000
 FILES = ("frame.json", "rgb.png", "depth.png")
-"""Of a directory."""
+"""Files of a directory."""
 MAYBE = ("labels.png", "left.png", "right.png")
-"""Of a directory; may be missing."""
+"""Files of a directory that may be missing."""
 IMAGES = ("rgb", "labels", "depth_m", "depth", "left", "right")
 _PAIR = ("left", "right", "baseline_m")
 SETTINGS = (
@@ -49,7 +49,7 @@ _CENTRE_AND_FOCUS = ("fx", "fy", "cx", "cy", "ppx", "ppy")
 _ALSO_READ = ("depth_scale_m", "T_camera_world", "extrinsics", "depth_factor", *_CENTRE_AND_FOCUS)
 _POSES = ("T_world_camera", "T_camera_world", "extrinsics")
 _PLAUSIBLE_M = (0.1, 10.0)
-"""Between these lies the median of a depth in metres."""
+"""Range of the median of a depth in metres."""
 _LARGEST_UNIT_M = 0.1
 _LEAST_BOP_SCALE = 0.02
 _INTEGERS = ("uint16", "int16", "uint32", "int32", "uint64", "int64")
@@ -67,7 +67,7 @@ _NEEDED = {
     "left": (("uint8",), "grey pictures, uint8 (h, w)"),
     "right": (("uint8",), "grey pictures, uint8 (h, w)"),
 }
-"""Types of the pixels, and what to say of others."""
+"""Allowed pixel types, and the message for others."""
 
 
 _Images = dict[str, tuple[str, np.ndarray]]
@@ -75,14 +75,14 @@ _Images = dict[str, tuple[str, np.ndarray]]
 
 
 def read_frame(path: Path) -> StoredFrame:
-    """The frame at a .npz file or directory. Raises InputError, naming file and key, where it cannot be read."""
+    """Read the frame in a .npz file or directory. Raises InputError, naming file and key, if it cannot be read."""
     files = [path / name for name in (*FILES, *MAYBE)] if path.is_dir() else [path]
     files = [file for file in files if file.name not in MAYBE or file.exists()]
     for file in files:
         if not file.exists():
             what = f"{path} lacks {file.name}" if path.is_dir() else f"There is no frame '{path}'"
             raise InputError(f"{what}. Give a .npz file, or a directory with {', '.join(FILES)}.")
-        if not file.is_file():  # reading a pipe would wait for ever
+        if not file.is_file():  # reading a pipe would never return
             raise InputError(f"{file} is no regular file. Store the frame in one, and give that.")
     if path.is_dir():
         where = str(path / "frame.json")
@@ -105,7 +105,7 @@ def read_frame(path: Path) -> StoredFrame:
 def _stored(
     where: str, images: _Images, data: Mapping[str, Any], names: Mapping[str, str], notes: list[str]
 ) -> StoredFrame:
-    """The frame of pictures and values under names of others."""
+    """Build a frame from pictures and values under foreign names."""
     theirs = {ours: k for k, ours in names.items()}
     values = {names[k]: v for k, v in data.items()}
     if grid := {k: values.pop(f"grid_{k}") for k in GridSettings.model_fields if f"grid_{k}" in values}:
@@ -149,7 +149,7 @@ def _stored(
 
 
 def _named(fault: str, theirs: Mapping[str, str]) -> str:
-    """A fault under the key that the file has."""
+    """Return a fault under the file's own key."""
     field, rest = fault.split(":", 1) if ":" in fault else (fault, "")
     return f"{theirs.get(field, field)}:{rest}"
 
@@ -166,7 +166,7 @@ def _pose(where: str, key: str, given: Any) -> Pose:
 def _settle_depth_unit(
     where: str, values: dict[str, Any], theirs: Mapping[str, str], notes: list[str]
 ) -> None:
-    """Turn units per metre, and BOP's millimetres per unit, into metres per unit."""
+    """Convert units per metre, and BOP's millimetres per unit, to metres per unit."""
     if "depth_factor" in values:
         factor = values.pop("depth_factor")
         if "depth_scale_m" in values or "depth_scale" in values:
@@ -186,7 +186,7 @@ def _settle_depth_unit(
 
 
 def _our_pictures(where: str, images: _Images, values: dict[str, Any]) -> _Images:
-    """The pictures in the forms that torc works with. `values` gets the unit of depth that a name says."""
+    """Return the pictures in the forms that torc works with. `values` gets the depth unit that a name states."""
     images = dict(images)
     _one_of(where, images, "rgb", "bgr")
     _one_of(where, images, "depth_m", "depth", "depth_mm")
@@ -220,7 +220,7 @@ def _one_of(where: str, images: _Images, *names: str) -> None:
 
 
 def _scale_of_floats(place: str, depth: np.ndarray, scale: Any) -> np.float32:
-    """What makes metres of floats: 1, unless only the given scale leads to a distance that a camera sees."""
+    """Return the factor to metres for floats: 1, unless only the given scale yields a distance that a camera sees."""
     read = depth[np.isfinite(depth) & (depth > 0)]
     if not isinstance(scale, int | float) or scale == 1 or read.size == 0:
         return np.float32(1)
@@ -235,7 +235,7 @@ def _scale_of_floats(place: str, depth: np.ndarray, scale: Any) -> np.float32:
 
 
 def _checked(where: str, images: Mapping[str, tuple[str, np.ndarray]], settings: Settings) -> StoredFrame:
-    """The frame of these images, each with its place for messages."""
+    """Check these images, each with its place for messages, and build the frame."""
     depth = "depth_m" if "depth_m" in images else "depth"
     if missing := [k for k in ("rgb", depth) if k not in images]:
         forms = "; that is depth_m (floats, metres), or depth (integers) with depth_scale"
@@ -265,7 +265,7 @@ def _checked(where: str, images: Mapping[str, tuple[str, np.ndarray]], settings:
 
 
 def _pair(where: str, images: Mapping[str, tuple[str, np.ndarray]], settings: Settings) -> StereoPair | None:
-    """The stereo pair, if the frame has one. Raises InputError for a part of one."""
+    """Return the stereo pair, if the frame has one. Raises InputError if it is incomplete."""
     missing = [k for k in _PAIR if k not in images and getattr(settings, k, None) is None]
     if missing and len(missing) < len(_PAIR):
         raise InputError(f"{where} holds a part of a stereo pair: it lacks {', '.join(missing)}.")
@@ -278,8 +278,9 @@ _MOST_INSTANCES = 1000
 
 
 def as_rgb(image: np.ndarray) -> UInt8[np.ndarray, "h w 3"] | np.ndarray:
-    """A colour picture of any depth, with an alpha channel or without, channels first or last. Whatever else is given
-    comes back as it is.
+    """Convert a colour picture of any bit depth, with or without alpha, channels first or last, to 8-bit RGB.
+
+    Anything else is returned unchanged.
     """
     if image.ndim == 3 and image.shape[0] in (3, 4) and image.shape[2] not in (3, 4):
         image = np.moveaxis(image, 0, -1)
@@ -289,13 +290,15 @@ def as_rgb(image: np.ndarray) -> UInt8[np.ndarray, "h w 3"] | np.ndarray:
 
 
 def as_plane(image: np.ndarray) -> np.ndarray:
-    """Depth or labels without axes of length one."""
+    """Remove axes of length one from depth or labels."""
     return np.squeeze(image) if image.ndim > 2 and np.squeeze(image).ndim == 2 else image
 
 
 def as_labels(image: np.ndarray) -> np.ndarray:
-    """Whole numbers per pixel: of floats that are whole, of one mask (1 where it is), and of a stack of masks (1 for
-    the first one, and so on; a later one covers an earlier one). Whatever else is given comes back as it is.
+    """Convert labels to whole numbers per pixel.
+
+    Accepts whole floats, one mask (1 inside), and a stack of masks (1 for the first one, and so on; later ones cover
+    earlier ones). Anything else is returned unchanged.
     """
     image = as_plane(image)
     if image.ndim == 3 and (image.dtype == bool or (image.shape[2] != 3 and np.isin(image, (0, 1)).all())):

@@ -1,4 +1,4 @@
-"""Reading and writing frames, whatever their form; what makes no sense is refused with its likely cause."""
+"""Read and write frames in either form; refuse implausible ones with the likely cause."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -38,6 +38,9 @@ def load_frame(path: str | Path) -> Frame:
     Args:
         path: the file or directory.
 
+    Returns:
+        The frame, ready for the pipeline.
+
     Raises:
         InputError: something cannot be used; the message names file, key and remedy.
     """
@@ -68,14 +71,15 @@ def load_frame(path: str | Path) -> Frame:
 
 
 def load_observation(path: str | Path, *, level: bool = True) -> Observation:
-    """What a frame's camera saw, whether or not anything stands in sight. Without `level` a pose that is missing is not
-    estimated, but the identity. Raises as `load_frame`.
+    """Load what a frame's camera saw, whether or not anything stands in sight. Raises as `load_frame`.
+
+    Without `level` a missing pose is the identity, not estimated.
     """
     return _observed(read_frame(Path(path)), level)[0]
 
 
 def frame_of(observation: Observation, where: str = "The snapshot") -> Frame:
-    """The frame of a snapshot without masks, as if it had been saved and loaded; `where` begins messages.
+    """Return the frame of a snapshot without masks, as if it had been saved and loaded; `where` begins messages.
 
     Raises InputError as `load_frame`.
     """
@@ -103,7 +107,7 @@ def save_frame(path: str | Path, frame: Frame) -> None:
 
 
 def save_observation(path: str | Path, observation: Observation, target_description: str = "") -> None:
-    """Writes a snapshot as a frame that leaves support and grid to whoever reads it. Raises as `save_frame`."""
+    """Write a snapshot as a frame without support and grid; its reader finds them. Raises as `save_frame`."""
     try:
         write_observation(Path(path), observation, target_description)
     except OSError as error:
@@ -111,8 +115,9 @@ def save_observation(path: str | Path, observation: Observation, target_descript
 
 
 def _observed(stored: StoredFrame, level: bool = True) -> tuple[Observation, dict[int, int], tuple[str, ...]]:
-    """The observation that a file holds, checked, its pose estimated if the file has none; object id per label; how the
-    file was understood.
+    """Return the checked observation of a file, the object id per label, and notes on how the file was understood.
+
+    A missing pose is estimated.
     """
     where, given, notes = stored.where, stored.settings, stored.notes
     depth_m = clean_depth(where, stored.depth_m)
@@ -142,8 +147,9 @@ def _observed(stored: StoredFrame, level: bool = True) -> tuple[Observation, dic
 
 
 def _levelled(stored: StoredFrame, observation: Observation) -> Observation:
-    """The observation with the pose that the support in the picture gives. Raises InputError for a frame whose other
-    entries say where things are in a world that nobody knows.
+    """Return the observation with the pose estimated from the support in the picture.
+
+    Raises InputError if other entries of the frame refer to an unknown world.
     """
     where, given = stored.where, stored.settings
     if observation.label_image is not None:
@@ -164,10 +170,10 @@ def _levelled(stored: StoredFrame, observation: Observation) -> Observation:
 
 
 def _object_ids(stored: StoredFrame) -> tuple[dict[int, int], Int16[np.ndarray, "h w"] | None]:
-    """Object id per label, and per pixel: the target becomes 0, others keep 1..63 or get the lowest id that is free.
-    None of both without masks.
+    """Return the object id per label, and per pixel; both empty without masks.
 
-    Raises InputError for labels without an object, negative ones, too many, and a target that is not among them.
+    The target becomes 0, others keep 1..63 or get the lowest free id. Raises InputError for labels without an object,
+    negative ones, too many, and a target that is not among them.
     """
     given, where = stored.settings, stored.where
     if stored.labels is None:
@@ -208,7 +214,7 @@ def _object_ids(stored: StoredFrame) -> tuple[dict[int, int], Int16[np.ndarray, 
 
 
 def _target_label(stored: StoredFrame, present: list[int]) -> int | None:
-    """The target's label, None if it is hidden."""
+    """Return the target's label, None if it is hidden."""
     given, names = stored.settings.target, stored.settings.names
     if given == HIDDEN:
         return None
@@ -225,7 +231,7 @@ def _target_label(stored: StoredFrame, present: list[int]) -> int | None:
 
 
 def _check_range(where: str, observation: Observation) -> None:
-    """Refuses frames whose objects lie mostly outside of the range that perception uses."""
+    """Refuse frames whose objects lie mostly outside the range that perception uses."""
     label, depth_m = observation.label_image, observation.depth_m
     assert label is not None
     readings = depth_m[(label >= 0) & (depth_m > 0)]
@@ -242,7 +248,7 @@ def _check_range(where: str, observation: Observation) -> None:
 
 
 def _support_height(where: str, observation: Observation, known_z_m: float | None) -> float:
-    """Height of the support, estimated if not known; checks that the camera can see the objects on it."""
+    """Return the height of the support, estimated if unknown; check that the camera can see the objects on it."""
     points, pose = _things(observation), observation.T_world_camera
     support_z_m, hint = known_z_m, _flip_hint(points, pose)
     try:
@@ -264,12 +270,12 @@ def _support_height(where: str, observation: Observation, known_z_m: float | Non
 
 
 def _doubts(observation: Observation, support_z_m: float | None = None) -> str:
-    """What the picture says against what was given with it, for the end of a message."""
+    """Return what the picture contradicts, for the end of a message."""
     return "".join(f" {doubt}" for doubt in doubts(observation, support_z_m))
 
 
 def _things(observation: Observation) -> Float[np.ndarray, "n 3"]:
-    """Points of what may be objects: of those that are labelled; without labels of all that is in sight."""
+    """Return points of what may be objects: those with a label; without labels, all in sight."""
     if observation.label_image is not None:
         return object_points(observation)
     rows, cols = np.nonzero(observation.depth_m > 0)
@@ -278,7 +284,7 @@ def _things(observation: Observation) -> Float[np.ndarray, "n 3"]:
 
 
 def _standing(where: str, observation: Observation, support_z_m: float) -> Float[np.ndarray, "n 3"]:
-    """Points of what stands on the support. Raises InputError if nothing does."""
+    """Return points of what stands on the support. Raises InputError if nothing does."""
     if observation.label_image is not None:
         return object_points(observation)
     points = standing_points(observation, support_z_m)
@@ -295,7 +301,7 @@ def _standing(where: str, observation: Observation, support_z_m: float) -> Float
 
 
 def _flip_hint(points: Float[np.ndarray, "n 3"], T_world_camera: np.ndarray) -> str:
-    """A hint at the commonest mistake, a pose with OpenGL's camera axes (y up, looking along -z)."""
+    """Return a hint at the commonest mistake, a pose with OpenGL's camera axes (y up, looking along -z)."""
     if np.median(points[:, 2]) > T_world_camera[2, 3] or T_world_camera[2, 2] > 0.2:
         return (
             " The camera seems to look upwards: is its pose in OpenGL's axes? "
@@ -306,12 +312,12 @@ def _flip_hint(points: Float[np.ndarray, "n 3"], T_world_camera: np.ndarray) -> 
 
 _CANDIDATES = (1, 2)
 _LEAST_SHARE = 0.12
-"""Of the picture that a table takes up."""
+"""Least share of the picture that a table takes up."""
 _LEAST_ON_PLANE, _MOST_RISING = 0.3, 0.1
-"""Of a table's pixels: those on its plane, and those above that. Others may show the floor."""
+"""Least share of a table's pixels on its plane, and most above it. Others may show the floor."""
 _FLAT_M = 0.02
 _BESIDE = 0.15
-"""How wide a band around the objects is looked at, as a share of the picture's height."""
+"""Width of the examined band around the objects, as a share of the picture's height."""
 _ABOVE_SHARE = 0.9
 _FEWEST = 200
 
@@ -319,8 +325,9 @@ _FEWEST = 200
 def without_table(
     stored: StoredFrame, depth_m: Float32[np.ndarray, "h w"]
 ) -> tuple[StoredFrame, tuple[str, ...]]:
-    """The frame with the table taken for background, and what to say of that. A frame whose labels have no table comes
-    back as it is. Raises InputError if the table is the target.
+    """Return the frame with the table as background, and a message about it; unchanged if the labels have no table.
+
+    Raises InputError if the table is the target.
     """
     labels, given = stored.labels, stored.settings
     if labels is None or given.background not in (None, 0) or labels.min() < 0:
@@ -344,7 +351,7 @@ def without_table(
 def _is_table(
     labels: np.ndarray, number: int, depth_m: Float32[np.ndarray, "h w"], K: Float[np.ndarray, "3 3"]
 ) -> bool:
-    """Whether a label is large and flat, and the labels above it stand on it."""
+    """Check whether a label is large and flat, and the labels above it stand on it."""
     mask, others = (labels == number) & (depth_m > 0), (labels > number) & (depth_m > 0)
     if mask.sum() < max(_FEWEST, _LEAST_SHARE * labels.size) or others.sum() < _FEWEST // 4:
         return False

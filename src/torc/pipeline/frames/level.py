@@ -1,8 +1,8 @@
-"""A camera pose from the picture alone: the largest plane in it is taken for a level support.
+"""Estimate a camera pose from the picture alone: the largest plane in it is assumed to be a level support.
 
-For frames whose camera pose nobody knows. The world then has its origin on the support below the camera, x where the
-camera looks, z up. It is found by RANSAC (Fischler and Bolles 1981); pixels in the middle of the picture and near ones
-count more.
+For frames without a known camera pose. The world then has its origin on the support below the camera, x where the
+camera looks, z up. The plane is found by RANSAC (Fischler and Bolles 1981); pixels in the middle of the picture and
+near ones count more.
 """
 
 import numpy as np
@@ -14,18 +14,18 @@ from torc.records import Observation
 
 _SAMPLES, _TRIES = 6000, 400
 _NEAR_M, _NEAR_SHARE = 0.006, 0.006
-"""A point belongs to a plane up to this distance, or this share of its depth."""
+"""A point belongs to a plane if it is within this distance, or this share of its depth."""
 _MOST_M = 3.0
 _LEAST_SHARE = 0.15
-"""Of the picture's readings within _MOST_M that lie on the plane, by weight."""
+"""Least share, by weight, of the readings within _MOST_M that lie on the plane."""
 _STEEPEST = 0.17
 """Sine of the least angle between the camera's view and the plane: 10 degrees."""
 _STRAIGHT_DOWN = 0.1
-"""Sine of the angle between the camera's view and the plumb line up to which it looks straight down."""
+"""Sine of the largest angle between the camera's view and the plumb line that counts as straight down."""
 
 
 def level_pose(observation: Observation) -> Pose:
-    """T_world_camera by the support that the picture shows, at z = 0; the observation's own pose does not count.
+    """Return T_world_camera from the support in the picture, at z = 0; the observation's own pose is ignored.
 
     Raises InputError if no plane takes up enough of the picture, or is seen from above.
     """
@@ -51,8 +51,10 @@ def level_pose(observation: Observation) -> Pose:
 def largest_plane(
     points: Float[np.ndarray, "n 3"],
 ) -> tuple[Float[np.ndarray, "3"], float, Bool[np.ndarray, "n"]]:
-    """Unit normal towards the camera, the camera's distance, and which points lie on the plane that most lie on; points
-    in the camera's frame.
+    """Find the plane that most points lie on; points are in the camera's frame.
+
+    Returns:
+        Its unit normal towards the camera, the camera's distance, and which points lie on it.
     """
     _, inside = _best_plane(points, np.ones(len(points)))
     plane = _fitted(points[inside], np.ones(int(inside.sum())))
@@ -60,8 +62,9 @@ def largest_plane(
 
 
 def _ahead(up: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3"]:
-    """Unit vector along the support, in the camera's frame: where the camera looks, however it is turned about its
-    axis; where it looks straight down, where the upper edge of its picture points.
+    """Return the unit vector along the support, in the camera's frame, where the camera looks, however it is rolled.
+
+    If it looks straight down: where the upper edge of its picture points.
     """
     for axis in ([0.0, 0.0, 1.0], [0.0, -1.0, 0.0]):
         along = np.array(axis) - up * (up @ axis)
@@ -74,7 +77,7 @@ def _ahead(up: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3"]:
 def _sampled(
     depth_m: Float32[np.ndarray, "h w"], K: Float[np.ndarray, "3 3"]
 ) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n"]]:
-    """Points in the camera's frame, and what each counts; evenly over the picture."""
+    """Return points in the camera's frame and their weights, sampled evenly over the picture."""
     step = max(1, int(np.sqrt(depth_m.size / _SAMPLES)))
     rows, cols = np.mgrid[: depth_m.shape[0] : step, : depth_m.shape[1] : step]
     z = depth_m[::step, ::step].astype(float)
@@ -89,7 +92,7 @@ def _sampled(
 def _best_plane(
     points: Float[np.ndarray, "n 3"], weights: Float[np.ndarray, "n"]
 ) -> tuple[Float[np.ndarray, "4"], Bool[np.ndarray, "n"]]:
-    """Unit normal towards the camera and distance of the camera, and which points lie on that plane."""
+    """Return the best plane, its unit normal towards the camera and the camera's distance, and which points lie on it."""
     rng = np.random.default_rng(0)
     best, plane, inside = -1.0, np.zeros(4), np.zeros(len(points), bool)
     near = np.maximum(_NEAR_M, _NEAR_SHARE * points[:, 2])
@@ -101,14 +104,14 @@ def _best_plane(
         normal /= length if normal @ a < 0 else -length
         on = np.abs((points - a) @ normal) < near
         score = float(weights[on].sum())
-        # A support is seen from above: the normal has a part that points up, or back at the camera.
+        # A support is seen from above: its normal partly points up, or back at the camera.
         if score > best and max(-normal[1], -normal[2]) > _STEEPEST:
             best, plane, inside = score, np.array([*normal, -float(normal @ a)]), on
     return plane, inside
 
 
 def _fitted(points: Float[np.ndarray, "n 3"], weights: Float[np.ndarray, "n"]) -> Float[np.ndarray, "4"]:
-    """The plane through points, by least squares."""
+    """Fit a plane to points by least squares."""
     middle = np.average(points, axis=0, weights=weights)
     _, _, axes = np.linalg.svd((points - middle) * np.sqrt(weights)[:, None], full_matrices=False)
     normal = axes[2] if axes[2] @ middle < 0 else -axes[2]

@@ -1,6 +1,6 @@
-"""The keys of a frame, and the names that others give to the same entries.
+"""The keys of a frame, and the names that others use for these entries.
 
-Names count without regard to capitals, '_', '-', '.' and spaces.
+Capitals, '_', '-', '.' and spaces are ignored.
 """
 
 import difflib
@@ -65,11 +65,11 @@ OTHER_NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         }.items()
     }
 )
-"""By our name. Some of ours are only read, never written: `bgr`, `depth_mm`, `depth_factor`, `T_camera_world`, and
-`extrinsics`, a pose whose direction the name leaves open.
+"""Other names by our name. Some of ours are only read, never written: `bgr`, `depth_mm`, `depth_factor`,
+`T_camera_world`, and `extrinsics`, a pose whose name leaves its direction open.
 """
 UNUSED: tuple[str, ...] = ("truth", "timestamp", "stamp", "stamp_s")
-"""What a frame may hold beside: masks to compare with, and when it was taken."""
+"""Further entries that a frame may hold: masks to compare with, and when it was taken."""
 _OPEN: Mapping[str, str] = MappingProxyType(
     {
         "table_height": "support_z_m (metres, in the world)",
@@ -86,11 +86,11 @@ _OPEN: Mapping[str, str] = MappingProxyType(
         "coeffs": "nothing for lens distortion: undistort the pictures and leave it out",
     }
 )
-"""Names that may mean several things, and what to give instead."""
+"""Ambiguous names, and what to give instead."""
 
 
 def plain_name(key: str) -> str:
-    """The key without what people write differently."""
+    """Strip a key of what people write differently."""
     return "".join(c for c in key.lower() if c not in "_-. ")
 
 
@@ -99,9 +99,15 @@ _OPEN_BY_PLAIN = {plain_name(n): remedy for n, remedy in _OPEN.items()}
 
 
 def our_names(where: str, keys: Iterable[str], known: Iterable[str]) -> dict[str, str]:
-    """Our name of each key; those in UNUSED are left out. `known` are our names that the frame's form may hold.
+    """Return our name of each key, leaving out those in UNUSED.
 
-    Raises InputError for a key that is unknown, and for two keys that say the same.
+    Args:
+        where: the place, for messages.
+        keys: keys of the file.
+        known: our names that the frame's form may hold.
+
+    Raises:
+        InputError: a key is unknown, or two keys mean one entry.
     """
     known = [*dict.fromkeys(known)]
     named: dict[str, str] = {}
@@ -119,11 +125,11 @@ def our_names(where: str, keys: Iterable[str], known: Iterable[str]) -> dict[str
 
 
 def _ours(key: str, known: list[str]) -> str | None:
-    """Our name of a key; None for one that is unknown."""
+    """Return our name of a key; None if it is unknown."""
     by_plain = {plain_name(name): name for name in known}
     plain = plain_name(key)
     ours = _BY_PLAIN.get(plain, by_plain.get(plain))
-    # Capitals tell `t` from `T`.
+    # Capitals distinguish `t` from `T`.
     return None if key in _OPEN or ours not in known else ours
 
 

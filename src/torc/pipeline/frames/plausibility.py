@@ -1,4 +1,4 @@
-"""What makes no sense in a picture from outside is refused with its likely cause: depth, intrinsics, poses."""
+"""Refuse implausible pictures with the likely cause: depth, intrinsics, poses."""
 
 import numpy as np
 from jaxtyping import Float32
@@ -6,7 +6,7 @@ from jaxtyping import Float32
 from torc.errors import InputError
 
 MAX_MEDIAN_DEPTH_M = 30.0
-"""Beyond this the unit is wrong: millimetres taken for metres."""
+"""Beyond this the unit is wrong: millimetres read as metres."""
 MIN_MEDIAN_DEPTH_M = 0.02
 _FARTHEST_M = 100.0
 _PRINCIPAL_POINT = (0.2, 0.8)
@@ -23,7 +23,7 @@ _SIZES = (
     (1280, 720),
     (1920, 1080),
 )
-"""Common pictures; K is often of another one of these."""
+"""Common picture sizes; K often belongs to another one of these."""
 _MORE_SIZES = (
     *(
         (512, 424),
@@ -39,15 +39,13 @@ _MORE_SIZES = (
     *((1280, 800), (1280, 960), (1280, 1024), (1440, 1080), (1920, 1200), (2048, 1536), (2208, 1242)),
 )
 _OFF_CENTRE, _AT_CENTRE = 0.08, 0.01
-"""Shares of width and height. A picture that was cut at random out of another one of these sizes is doubted in 1 % of
-cases.
-"""
+"""Shares of width and height. A picture cut at random out of another of these sizes is doubted in 1 % of cases."""
 
 
 def clean_depth(where: str, depth_m: Float32[np.ndarray, "h w"]) -> Float32[np.ndarray, "h w"]:
-    """Depth with 0 where there is no reading: NaN and infinity mean that too (as ROS has it).
+    """Return depth with 0 for no reading, also for NaN and infinity (ROS's convention).
 
-    Raises InputError, its text beginning with `where`, for negative depth, none at all, and a wrong unit.
+    Raises InputError, its text beginning with `where`, if depth is negative, empty, or in a wrong unit.
     """
     depth = np.where(np.isfinite(depth_m), depth_m, np.float32(0))
     if (depth < 0).any():
@@ -67,7 +65,7 @@ def clean_depth(where: str, depth_m: Float32[np.ndarray, "h w"]) -> Float32[np.n
 
 
 def check_intrinsics(where: str, K: np.ndarray, shape: tuple[int, ...]) -> None:
-    """Raises InputError for intrinsics (3, 3) that are none, or do not fit pictures of that height and width."""
+    """Raise InputError if K (3, 3) is not a matrix of intrinsics, or does not fit pictures of that height and width."""
     h, w = shape[:2]
     if K[0, 0] <= 0 or K[1, 1] <= 0 or np.abs(K[2] - [0, 0, 1]).max() > 1e-6:
         raise InputError(
@@ -102,7 +100,7 @@ def check_intrinsics(where: str, K: np.ndarray, shape: tuple[int, ...]) -> None:
 
 
 def intrinsics_doubts(K: np.ndarray, shape: tuple[int, ...]) -> tuple[str, ...]:
-    """What to say of intrinsics (3, 3) that pass `check_intrinsics`, but fit pictures of another common size best."""
+    """Return a message if intrinsics (3, 3) that pass `check_intrinsics` fit pictures of another common size best."""
     h, w = shape[:2]
     middle = K[:2, 2] + 0.5
     if np.abs(middle / (w, h) - 0.5).max() < _OFF_CENTRE:
@@ -120,7 +118,7 @@ def intrinsics_doubts(K: np.ndarray, shape: tuple[int, ...]) -> tuple[str, ...]:
 
 
 def check_pose(where: str, T: np.ndarray) -> None:
-    """Raises InputError for a matrix (4, 4) that is no rigid transform."""
+    """Raise InputError if a matrix (4, 4) is not a rigid transform."""
     R = T[:3, :3]
     rigid = np.abs(R @ R.T - np.eye(3)).max() < 1e-3 and np.linalg.det(R) > 0
     if not rigid or np.abs(T[3] - [0, 0, 0, 1]).max() > 1e-6:

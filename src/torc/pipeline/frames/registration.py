@@ -1,7 +1,7 @@
-"""A colour picture that is not registered to the depth: their edges do not meet where they are, but would elsewhere.
+"""Detect a colour picture that is not registered to the depth: their edges meet, but not in place.
 
 Steps of the depth are laid over edges of colour, scaled and shifted in many ways. If they match well somewhere, and
-badly in place, the two are of different cameras. Where they match nowhere, nothing is said.
+badly in place, the two come from different cameras. If they match nowhere, nothing is reported.
 """
 
 from collections.abc import Iterator
@@ -13,31 +13,33 @@ from jaxtyping import Bool, Complex, Float, Float32, Int, UInt8
 from scipy import fft
 
 _WIDTH_PX, _REACH_PX = 200, 30
-"""Pictures are made that wide, and shifted by up to that much."""
+"""Pictures are scaled to this width, and shifted by up to this much."""
 _HEIGHTS_PX = (60, 400)
 _SCALES = 1.05 ** np.arange(-7, 8)
 _STEP = 0.04
 """Least difference in inverse depth of a step, over the median inverse depth. On this scale planes are straight, and
-the noise of a stereo camera does not grow with distance."""
+the noise of a stereo camera does not grow with distance.
+"""
 _DENSE, _AROUND_PX = 0.7, 11
-"""A step counts where the depth has readings at this share of the pixels around: the rims of holes do not."""
+"""A step counts if this share of the pixels around it has readings, which excludes the rims of holes."""
 _FEWEST_STEPS = 100
 _STRONGEST, _DARK_NOISE = 2.5, 4.0
 _SMOOTH_PX = 17
 _IN_PLACE_PX, _ELSEWHERE_PX = 2.9, 4.0
-"""How far a match moves the steps (root mean square, of 200 pixels across) to be in place at most, elsewhere at
-least."""
+"""How far a match may move the steps (root mean square, of 200 pixels across) to be in place, and must to be elsewhere.
+"""
 _BORDER_PX = 4
 _MATCH, _IN_PLACE = 5.5, 0.6
-"""Height of the match elsewhere in standard deviations of all shifts, and the share of it that the one in place has at
-most. Of 857 good simulated pictures none is doubted so; two in three with another camera's colour are."""
+"""Least height of the match elsewhere, in standard deviations of all shifts, and most that the match in place has, as a
+share of it. Of 857 good simulated pictures none is doubted so; two in three with another camera's colour are.
+"""
 
 _Steps = tuple[Int[np.ndarray, "n 2"], Int[np.ndarray, "m 2"]]
 """Rows and columns of steps along the rows, and along the columns."""
 
 
 class _Match(NamedTuple):
-    """Height of a match, scale of the depth about the middle of the picture, and shift in small pixels."""
+    """Height of a match, scale of the depth about the middle of the picture, and shift in scaled-down pixels."""
 
     height: float
     scale: float
@@ -46,8 +48,13 @@ class _Match(NamedTuple):
 
 
 class _Overlay(NamedTuple):
-    """How well the scaled steps match for each shift, -REACH to REACH down and right, in standard deviations; where
-    enough of the steps stay in the picture; and how far the steps move."""
+    """How well the scaled steps match for each shift, -REACH to REACH down and right.
+
+    Attributes:
+        height: of the match, in standard deviations.
+        usable: where enough of the steps stay in the picture.
+        moved_px: how far the steps move.
+    """
 
     scale: float
     height: Float[np.ndarray, "k k"]
@@ -56,7 +63,7 @@ class _Overlay(NamedTuple):
 
 
 def registration_doubt(rgb: UInt8[np.ndarray, "h w 3"], depth_m: Float32[np.ndarray, "h w"]) -> str:
-    """What to say if the edges match well, but elsewhere; else ""."""
+    """Return a message if the edges match well, but elsewhere; else ""."""
     height_px = round(depth_m.shape[0] * _WIDTH_PX / depth_m.shape[1])
     if not _HEIGHTS_PX[0] <= height_px <= _HEIGHTS_PX[1]:
         return ""
@@ -82,13 +89,13 @@ def registration_doubt(rgb: UInt8[np.ndarray, "h w 3"], depth_m: Float32[np.ndar
 
 
 def _depth_steps(depth_m: Float32[np.ndarray, "h w"], height_px: int) -> _Steps:
-    """On the nearer side of each step, not at the picture's border."""
+    """Return pixels on the nearer side of each step, not at the picture's border."""
     small = cv2.resize(depth_m, (_WIDTH_PX, height_px), interpolation=cv2.INTER_NEAREST)
     read = small > 0
     if not read.any():
         return np.zeros((0, 2), int), np.zeros((0, 2), int)
     dense = cv2.blur(read.astype(np.float32), (_AROUND_PX, _AROUND_PX)) > _DENSE
-    for _ in range(4):  # a hole beside an object is in its shadow, so it belongs to what lies behind
+    for _ in range(4):  # a hole beside an object is in its shadow, so it belongs to the background
         small = np.where(small == 0, cv2.dilate(small, np.ones((3, 3), np.uint8)), small)
     inverse = np.where(small > 0, 1 / np.maximum(small, np.float32(1e-3)), np.float32(0))
     inverse = cv2.medianBlur(inverse, 3)
@@ -99,7 +106,7 @@ def _depth_steps(depth_m: Float32[np.ndarray, "h w"], height_px: int) -> _Steps:
 
 
 def _steps(inverse: Float32[np.ndarray, "h w"]) -> Bool[np.ndarray, "h w"]:
-    """The nearer side of each step along a row; slopes do not count."""
+    """Return the nearer side of each step along a row; slopes do not count."""
     fall = inverse[:, :-1] - inverse[:, 1:]
     slope = np.zeros_like(fall)
     slope[:, 1:-1] = (fall[:, :-2] + fall[:, 2:]) / 2
@@ -113,7 +120,7 @@ def _steps(inverse: Float32[np.ndarray, "h w"]) -> Bool[np.ndarray, "h w"]:
 
 
 def _color_edges(rgb: UInt8[np.ndarray, "h w 3"], height_px: int) -> list[Float32[np.ndarray, "h w"]]:
-    """Gradients of the colour along rows and along columns, relative to those around."""
+    """Return gradients of the colour along rows and along columns, relative to their surroundings."""
     image = cv2.resize(rgb, (_WIDTH_PX, height_px), interpolation=cv2.INTER_AREA)
     lab = cv2.cvtColor(image, cv2.COLOR_RGB2LAB).astype(np.float32)
     across, down = (np.abs(cv2.Sobel(lab, cv2.CV_32F, *order)).max(axis=-1) for order in ((1, 0), (0, 1)))
@@ -126,7 +133,7 @@ def _color_edges(rgb: UInt8[np.ndarray, "h w 3"], height_px: int) -> list[Float3
 
 
 def _overlays(steps: _Steps, edges: list[Float32[np.ndarray, "h w"]]) -> Iterator[_Overlay]:
-    """The steps over the edges, at each scale."""
+    """Yield the match of the steps with the edges at each scale."""
     shape = edges[0].shape
     padded = tuple(fft.next_fast_len(n + 2 * _REACH_PX, True) for n in shape)
     strength = [fft.rfft2(e - e.mean(), padded) for e in edges]
@@ -146,7 +153,7 @@ def _overlays(steps: _Steps, edges: list[Float32[np.ndarray, "h w"]]) -> Iterato
 
 
 def _drawn(points: Float[np.ndarray, "n 2"], shape: tuple[int, ...]) -> Float32[np.ndarray, "h w"]:
-    """1 at each point, those outside left out."""
+    """Draw 1 at each point, leaving out those outside."""
     cells = np.round(points).astype(int)
     cells = cells[((cells >= 0) & (cells < shape)).all(axis=1)]
     out = np.zeros(shape, np.float32)
@@ -155,7 +162,7 @@ def _drawn(points: Float[np.ndarray, "n 2"], shape: tuple[int, ...]) -> Float32[
 
 
 def _at_shifts(spectrum: Complex[np.ndarray, "h w"], shape: tuple[int, ...]) -> Float[np.ndarray, "k k"]:
-    """A correlation at the shifts from -REACH to REACH."""
+    """Return a correlation at the shifts from -REACH to REACH."""
     shifts = np.arange(-_REACH_PX, _REACH_PX + 1)
     return np.asarray(fft.irfft2(spectrum, shape)[np.ix_(shifts, shifts)])
 

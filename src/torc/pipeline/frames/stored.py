@@ -1,4 +1,4 @@
-"""What a stored frame holds, and a frame ready for the pipeline."""
+"""The contents of a stored frame, and a frame ready for the pipeline."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -25,14 +25,14 @@ from torc.pipeline.frames.values import parse_intrinsics, parse_pose
 from torc.records import ROBOT, Observation, StereoPair, VoxelGrid
 
 HIDDEN = "hidden"
-"""What `target` says while the target is not in sight."""
+"""Value of `target` while the target is not in sight."""
 _MAX_TEXT = 500
 _MAX_VOXELS = 20e6
 _LARGEST_UNIT_M = 0.1
 
 
 class GridSettings(BaseModel):
-    """A voxel grid out of a file."""
+    """A voxel grid from a file."""
 
     model_config = ConfigDict(extra="forbid")
     origin: tuple[FiniteFloat, FiniteFloat, FiniteFloat]
@@ -47,7 +47,7 @@ class GridSettings(BaseModel):
 
 
 def _depth_unit(metres: float) -> float:
-    """Metres per unit of depth. Raises ValueError for what cannot be that."""
+    """Return metres per unit of depth. Raises ValueError if implausible."""
     if 1e-6 <= metres <= _LARGEST_UNIT_M:
         return metres
     turned = f" {metres:g} looks like units per metre: give {1 / metres:g}" if metres >= 100 else ""
@@ -57,7 +57,7 @@ def _depth_unit(metres: float) -> float:
 
 
 class Settings(BaseModel):
-    """All that a frame holds beside its images."""
+    """Everything that a frame holds beside its images."""
 
     model_config = ConfigDict(extra="forbid")
     K: Annotated[Any, BeforeValidator(parse_intrinsics)]
@@ -77,14 +77,15 @@ class Settings(BaseModel):
 
 @dataclass(frozen=True)
 class Frame:
-    """One frame, ready for the pipeline: its label image holds object ids 0..63, the target being 0. Without masks it
-    has none, and a perception has to find the objects.
+    """One frame, ready for the pipeline: its label image holds object ids 0..63, the target being 0.
+
+    Without masks it has no label image, and a perception has to find the objects.
 
     Attributes:
-        target_id: TARGET_ID, or None while the target is hidden, or not known.
+        target_id: TARGET_ID, or None while the target is hidden or unknown.
         support_z_m: height of the surface that the objects stand on.
         grid: region of the occlusion volume.
-        labels, names: label in the file per object id, and name, where the file has one.
+        labels, names: label in the file per object id, and name if the file has one.
         warnings: messages for the user: how the file was understood, and what looks wrong in it.
     """
 
@@ -100,15 +101,20 @@ class Frame:
 
     @property
     def pose_estimated(self) -> bool:
-        """Whether the camera's pose was made up from the picture: then no robot knows the world of this frame."""
+        """True if the pose was estimated; grasps are then not in the robot's base frame."""
         return self.observation.pose_estimated
 
 
 @dataclass(frozen=True)
 class StoredFrame:
-    """A frame as it was stored in the file `where`: depth with NaN, infinity or 0 where there is no reading, and labels
-    in the file's own numbers; None without masks. `pair` is what a stereo camera saw, if it is stored too. `open_pose`
-    is a pose whose name leaves open which way it goes. `notes` say how the file was understood.
+    """A frame as it was stored in the file `where`.
+
+    Attributes:
+        depth_m: NaN, infinity or 0 where there is no reading.
+        labels: in the file's own numbers; None without masks.
+        pair: what a stereo camera saw, if it is stored too.
+        open_pose: a pose whose name leaves its direction open.
+        notes: how the file was understood.
     """
 
     where: str

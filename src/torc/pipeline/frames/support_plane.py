@@ -1,4 +1,4 @@
-"""Where the objects stand, from one frame: height of the support surface and a voxel grid around the objects."""
+"""Find where the objects stand, from one frame: the support's height and a voxel grid around the objects."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -20,13 +20,13 @@ _STEP_PX = 3
 _BIN_M = 0.004
 _MIN_POINTS = 100
 _BELOW_LOWEST_M = 0.02
-"""The support may seem to lie this far above the objects' lowest points (noise, tilt of the camera)."""
+"""How far the support may appear above the objects' lowest points (noise, tilt of the camera)."""
 _MAX_VOXELS = 4_000_000
 _OUTLINE_VOXEL_M = 0.01
 
 
 def object_points(observation: Observation) -> Float[np.ndarray, "n 3"]:
-    """World points of all pixels with a depth that show an object."""
+    """Return world points of all pixels with a depth that show an object."""
     label, depth = observation.label_image, observation.depth_m
     assert label is not None  # every frame has one
     rows, cols = np.nonzero((label >= 0) & (depth > 0))
@@ -34,11 +34,11 @@ def object_points(observation: Observation) -> Float[np.ndarray, "n 3"]:
 
 
 def estimate_support_z_m(observation: Observation) -> float:
-    """Height of the horizontal surface that the objects stand on.
+    """Estimate the height of the horizontal surface that the objects stand on.
 
-    Background pixels whose surface is horizontal are counted by height. Of the heights where many lie (the table,
-    perhaps the floor, a shelf) it is the highest one that is not above the objects' lowest points. Without labels it is
-    the one where most lie, those in the middle of the picture counting more.
+    Background pixels on horizontal surfaces are counted by height. Of the heights with many pixels (the table, perhaps
+    the floor, a shelf) the result is the highest that is not above the objects' lowest points. Without labels it is the
+    one with most pixels, those in the middle of the picture counting more.
 
     Raises InputError if too little of any horizontal surface is in sight.
     """
@@ -71,12 +71,12 @@ def estimate_support_z_m(observation: Observation) -> float:
 
 
 def level_heights(observation: Observation) -> Float[np.ndarray, "n"]:
-    """World z of the pixels that show a horizontal surface, of the background if there are labels."""
+    """Return world z of the pixels that show a horizontal surface, of the background if there are labels."""
     return _horizontal_surface(observation).points[:, 2]
 
 
 def level_share(observation: Observation) -> float:
-    """Share of the readings that show one horizontal surface below the camera, the largest."""
+    """Return the share of the readings that show the largest horizontal surface below the camera."""
     heights = np.sort(_horizontal_surface(replace(observation, label_image=None)).points[:, 2])
     heights = heights[heights < observation.T_world_camera[2, 3]]
     if len(heights) == 0:
@@ -86,8 +86,9 @@ def level_share(observation: Observation) -> float:
 
 
 def standing_points(observation: Observation, support_z_m: float) -> Float[np.ndarray, "n 3"]:
-    """World points of what rises from the support, within the outline of what is seen of that. Without labels it takes
-    the place of `object_points`.
+    """Return world points of what rises from the support, within the support's visible outline.
+
+    Replaces `object_points` without labels.
     """
     points = _horizontal_surface(observation).points
     flat = points[np.abs(points[:, 2] - support_z_m) < 2.5 * _BIN_M]
@@ -103,14 +104,14 @@ def standing_points(observation: Observation, support_z_m: float) -> Float[np.nd
 
 
 class _Surface(NamedTuple):
-    """Points of a horizontal surface, and what each counts: less towards the picture's edge."""
+    """Points of a horizontal surface, and their weights, which fall towards the picture's edge."""
 
     points: Float[np.ndarray, "n 3"]
     weights: Float[np.ndarray, "n"]
 
 
 def _horizontal_surface(observation: Observation) -> _Surface:
-    """What shows a horizontal surface, of the background if there are labels."""
+    """Return what shows a horizontal surface, of the background if there are labels."""
     depth, label = observation.depth_m, observation.label_image
     rows, cols = np.mgrid[: depth.shape[0], : depth.shape[1]]
     points = unproject(rows, cols, depth.astype(float), observation.K, observation.T_world_camera)
@@ -136,7 +137,7 @@ def grid_around(
     margin_m: float = 0.15,
     headroom_m: float = 0.10,
 ) -> VoxelGrid:
-    """A grid over the objects' points: its floor on the support, with room around for what they hide.
+    """Return a grid over the objects' points: its floor on the support, with room around for what they hide.
 
     Outliers (the outermost half per cent along each axis) do not count. Raises InputError if the objects are spread
     too widely for a grid of that resolution.

@@ -1,4 +1,4 @@
-"""Intrinsics and camera poses as people write them, made matrices."""
+"""Parse intrinsics and camera poses in the forms that people write."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -10,12 +10,12 @@ from torc.geometry.transforms import make_pose, rotation_from_wxyz
 _MATRIX_NAMES = ("K", "k", "cam_K", "camera_matrix", "intrinsic_matrix", "intrinsics")
 _LENS = ("coeffs", "distortion_coefficients", "dist", "distortion", "D", "d")
 _BESIDE = (*_LENS, "width", "height", "model", "distortion_model", "R", "P", "binning_x", "binning_y")
-"""What camera drivers store with intrinsics."""
+"""Further entries that camera drivers store with intrinsics."""
 _LEAST_DISTORTION = 1e-9
 
 
 def parse_intrinsics(given: Any) -> np.ndarray:
-    """K (3, 3) of a matrix, or of fx, fy, cx, cy (or ppx, ppy) in pixels. A transposed matrix is turned.
+    """Parse K (3, 3) from a matrix, or from fx, fy, cx, cy (or ppx, ppy) in pixels. A transposed matrix is corrected.
 
     Raises ValueError for anything else, and for distortion, which a matrix cannot hold.
     """
@@ -56,7 +56,7 @@ def _of_entries(given: Mapping[str, Any]) -> np.ndarray:
 
 
 def size_beside(given: Any) -> tuple[int, int] | None:
-    """Width and height that are stored with intrinsics, if they are."""
+    """Return width and height if they are stored with the intrinsics."""
     if not isinstance(given, Mapping) or not {"width", "height"} <= set(given):
         return None
     width, height = _finite([given["width"], given["height"]], 2)
@@ -64,7 +64,7 @@ def size_beside(given: Any) -> tuple[int, int] | None:
 
 
 def parse_pose(given: Any) -> np.ndarray:
-    """A camera pose: a matrix (4, 4) or (3, 4), or position and unit quaternion (wxyz, or xyzw under that name).
+    """Parse a camera pose: a matrix (4, 4) or (3, 4), or position and unit quaternion (wxyz, or xyzw under that name).
 
     Raises ValueError for anything else.
     """
@@ -83,7 +83,7 @@ def parse_pose(given: Any) -> np.ndarray:
 
 
 def _finite(value: Any, *shape: int) -> np.ndarray:
-    """Finite numbers of that shape. Raises ValueError."""
+    """Return finite numbers of that shape. Raises ValueError."""
     try:
         array = np.array(value, dtype=float)
     except (TypeError, ValueError):

@@ -1,4 +1,4 @@
-"""Writing frames, and what a camera saw, in either form."""
+"""Write frames, and what a camera saw, in either form."""
 
 import json
 from collections.abc import Mapping
@@ -15,12 +15,12 @@ from torc.pipeline.frames.stored import HIDDEN, Frame
 from torc.records import BACKGROUND, ROBOT, Observation
 
 _DEPTH_UNITS_M = (0.0001, 0.001)
-"""Of depth.png as written here: 0.1 mm up to 6.5 m, else 1 mm; what is beyond 65 m is left out."""
+"""Units of depth.png as written here: 0.1 mm up to 6.5 m, else 1 mm; readings beyond 65 m are left out."""
 _DEEPEST = 65535
 
 
 def write_frame(path: Path, frame: Frame) -> None:
-    """Writes a frame, with its label image if it has one. Raises OSError where it cannot."""
+    """Write a frame, with its label image if it has one. Raises OSError if it cannot."""
     o, grid = frame.observation, frame.grid
     settings: dict[str, Any] = {
         "target_description": frame.target_description,
@@ -34,7 +34,7 @@ def write_frame(path: Path, frame: Frame) -> None:
 
 
 def write_observation(path: Path, observation: Observation, target_description: str) -> None:
-    """Writes a snapshot without masks; neither support nor grid are said. Raises OSError where it cannot."""
+    """Write a snapshot without masks, support or grid. Raises OSError if it cannot."""
     _write(path, replace(observation, label_image=None), {"target_description": target_description})
 
 
@@ -68,7 +68,7 @@ def _write(path: Path, o: Observation, settings: Mapping[str, Any]) -> None:
 
 
 def _depth_pixels(depth_m: Float32[np.ndarray, "h w"]) -> tuple[UInt16[np.ndarray, "h w"], float]:
-    """Depth as 16-bit numbers, and metres per unit: the finest of _DEPTH_UNITS_M that reaches far enough."""
+    """Return depth as 16-bit numbers, and metres per unit: the finest of _DEPTH_UNITS_M that reaches far enough."""
     depth = np.nan_to_num(depth_m, nan=0.0, posinf=0.0, neginf=0.0)
     depth = np.where(depth <= _DEEPEST * _DEPTH_UNITS_M[-1], depth, 0)
     unit_m = next(u for u in _DEPTH_UNITS_M if depth.max() <= _DEEPEST * u)

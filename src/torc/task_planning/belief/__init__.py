@@ -1,1 +1,1 @@
-"""The planner `belief`: where a hidden target may be, as particles, and the exact search for what to remove first."""
+"""The planner `belief`: particles of where a hidden target may be, and an exact search for what to remove first."""

@@ -1,4 +1,4 @@
-"""The planner `belief`: removes what most cheaply shows, and frees, a target that may be in many places."""
+"""The planner `belief`: makes the removals that most cheaply reveal and free a target that may be in many places."""
 
 from dataclasses import replace
 
@@ -17,7 +17,7 @@ from torc.task_planning.relations import find_relations
 
 
 class BeliefPlanner(TaskPlannerTraits):
-    """Keeps particles of where the target may be, and searches for the order of removals that shows and frees it."""
+    """Keeps particles of where the target may be, and searches for the order of removals that reveals and frees it."""
 
     name = "belief"
 
@@ -26,7 +26,7 @@ class BeliefPlanner(TaskPlannerTraits):
         self._fallback = DgSelectPlanner(self.config.fallback)
 
     def decide(self, context: PlanningContext, rng: np.random.Generator) -> Decision:
-        """The next object to pick, or None if nothing visible has a valid grasp; gives up as `GiveUpConfig` says."""
+        """Return the next object to pick, or None if nothing visible has a valid grasp; give up as `GiveUpConfig` says."""
         if not context.graspable_ids:
             return self._by_graph(context, rng, "nothing has a valid grasp")
         ways = ways_of(context, find_relations(context.scene, self.config.fallback.relations))
@@ -35,7 +35,7 @@ class BeliefPlanner(TaskPlannerTraits):
         return self._find(context, ways, rng)
 
     def warm_up(self, context: PlanningContext) -> None:
-        """Use every compiled kernel once, to no effect."""
+        """Run every compiled kernel once and discard the results."""
         self._fallback.warm_up(context)
         ways = ways_of(context, find_relations(context.scene, self.config.fallback.relations))
         search_target(context, ways, self.config, np.random.default_rng(0))
@@ -70,7 +70,7 @@ class BeliefPlanner(TaskPlannerTraits):
         why: str,
         belief: BeliefEvidence | None = None,
     ) -> Decision:
-        """DG-SELECT's choice, where the belief says nothing."""
+        """Return DG-SELECT's choice, for when the belief says nothing."""
         decision = self._fallback.decide(context, rng)
         notes = {"by_graph_because": why}
         return replace(decision, evidence=replace(decision.evidence, belief=belief, notes=notes))

@@ -17,7 +17,7 @@ _FEWEST_POINTS = 5
 
 @dataclass(frozen=True)
 class Bodies:
-    """Boxes around the objects in sight, as far as they show enough: what `box_kernels` take.
+    """Boxes around the objects in sight that show enough of themselves, as arguments of `box_kernels`.
 
     Attributes:
         boxes: one row per object, world frame.
@@ -30,15 +30,16 @@ class Bodies:
 
 
 def grid_frame(grid: VoxelGrid) -> Float[np.ndarray, "4"]:
-    """A grid's frame as the kernels take it."""
+    """Return a grid's frame as the kernels expect it: origin and voxel edge, metres."""
     return np.array([*grid.origin, grid.voxel_size_m], dtype=float)
 
 
 def bodies_of(scene: SegmentedScene, volume: OcclusionVolume) -> Bodies:
-    """The boxes that the objects in sight are taken to fill, as the grasp planner takes them (`assumed_body`).
+    """Return the boxes that the objects in sight are assumed to fill, as the grasp planner assumes them
+    (`assumed_body`).
 
-    A box whose lower end is out of sight goes on down through space that was never seen, as far as the support or the
-    next body: most things stand on something.
+    A box whose lower end is out of sight extends down through unseen space to the support or the next body, since most
+    things stand on something.
     """
     config, support_z_m = CloudConfig(), float(volume.grid.origin[2])
     camera = np.asarray(scene.observation.T_world_camera, dtype=float)[:3, 3]

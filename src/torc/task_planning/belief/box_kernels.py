@@ -23,7 +23,7 @@ def _voxel(p: float, low: float, voxel_m: float) -> int:
 
 @njit(cache=True)
 def _point(box: Float[np.ndarray, "8"], number: int) -> tuple[float, float, float]:
-    """One of the points that stand for a box, world frame."""
+    """Return one of the points that stand for a box, world frame."""
     u = SPREAD * box[3] * (number // 9 - 1)
     v = SPREAD * box[4] * (number // 3 % 3 - 1)
     w = SPREAD * box[5] * (number % 3 - 1)
@@ -32,7 +32,7 @@ def _point(box: Float[np.ndarray, "8"], number: int) -> tuple[float, float, floa
 
 @njit(cache=True)
 def _holds(box: Float[np.ndarray, "8"], x: float, y: float, z: float, scale: float) -> bool:
-    """Whether a point lies within a box that is scaled about its centre."""
+    """Check whether a point lies within a box that is scaled about its centre."""
     dx, dy, dz = x - box[0], y - box[1], z - box[2]
     return (
         abs(dz) <= scale * box[5]
@@ -45,7 +45,7 @@ def _holds(box: Float[np.ndarray, "8"], x: float, y: float, z: float, scale: flo
 def _enters(
     box: Float[np.ndarray, "8"], eye: Float[np.ndarray, "3"], x: float, y: float, z: float, scale: float
 ) -> bool:
-    """Whether the way from the eye to a point meets a box that is scaled about its centre (slab test)."""
+    """Check whether the segment from the eye to a point meets a box that is scaled about its centre (slab test)."""
     ex, ey, ez = eye[0] - box[0], eye[1] - box[1], eye[2] - box[2]
     dx, dy, dz = x - eye[0], y - eye[1], z - eye[2]
     first, last = 0.0, 1.0
@@ -70,9 +70,7 @@ def _enters(
 
 @njit(cache=True)
 def extended_down(boxes: Boxes, seen: Bool[np.ndarray, "nx ny nz"], frame: Float[np.ndarray, "4"]) -> Boxes:
-    """The boxes, each longer downwards: as long as the voxels below its centre were never seen and its lower side meets
-    no other box, as these were.
-    """
+    """Extend each box downwards while the voxels below its centre were never seen and hold no other original box."""
     nx, ny, _ = seen.shape
     out = boxes.copy()
     for n in range(boxes.shape[0]):
@@ -106,7 +104,7 @@ def fit_shares(
     seen: Bool[np.ndarray, "nx ny nz"],
     frame: Float[np.ndarray, "4"],
 ) -> Float[np.ndarray, "n 2"]:
-    """Per pose the share of its points in voxels that were never seen, and the share inside the scaled bodies."""
+    """Return, per pose, the share of its points in voxels that were never seen, and the share inside the scaled bodies."""
     nx, ny, nz = seen.shape
     out = np.zeros((poses.shape[0], 2))
     for n in range(poses.shape[0]):
@@ -130,7 +128,7 @@ def fit_shares(
 def settle(
     poses: Boxes, bodies: Boxes, bits: UInt64[np.ndarray, "m"], slack: float
 ) -> UInt64[np.ndarray, "n"]:
-    """Let each pose fall, in place, onto the highest body below its centre; the bit of that body, 0 where none is.
+    """Let each pose fall in place onto the highest body below its centre; return that body's bit, 0 if there is none.
 
     A body counts as below if its top is at most `slack` above the pose's lower side.
     """
@@ -158,10 +156,12 @@ def hider_masks(
     hidden_by: UInt64[np.ndarray, "nx ny nz"],
     frame: Float[np.ndarray, "4"],
 ) -> tuple[UInt64[np.ndarray, "n 27"], Bool[np.ndarray, "n 27"]]:
-    """Per point of each pose the bits of all that hide it, and whether it was never seen; only such points have bits.
+    """Return, per point of each pose, the bits of all that hides it, and whether it was never seen; seen points have no
+    bits.
 
-    A point is hidden by what hides its voxel in the picture, and by each scaled body on the way from the eye to it;
-    `eye_scale` is the camera's position and that scale, 0 to leave the bodies out.
+    A point is hidden by what hides its voxel in the picture, and by each scaled body between the eye and it.
+    `eye_scale`
+    is the camera's position and that scale; scale 0 leaves the bodies out.
     """
     nx, ny, nz = seen.shape
     masks = np.zeros((poses.shape[0], POINTS), np.uint64)

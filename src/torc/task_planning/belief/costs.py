@@ -1,4 +1,4 @@
-"""What it costs to remove an object, or to take the target, once other objects are gone."""
+"""Price the removal of an object, or of the target, once other objects are gone."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -12,12 +12,12 @@ from torc.records.graph import DependencyEdge, EdgeKind
 from torc.task_planning.belief.settings import OpeningConfig, PriceConfig
 
 LEAST_P = 0.05
-"""No grasp is taken to be worse than this."""
+"""Lower limit of a grasp's probability."""
 _MOST_P = 0.98
 _FEW = 0.05
-"""Keeps the logarithm of no grasps finite."""
+"""Keeps the logarithm finite when there are no grasps."""
 UNREMOVABLE = 10.0
-"""What it costs at most to clear an object away that no known grasp removes."""
+"""Upper limit of the price, in picks, of clearing away an object that no known grasp removes."""
 
 
 @dataclass(frozen=True)
@@ -25,9 +25,10 @@ class Ways:
     """How an object can be grasped.
 
     Attributes:
-        now: probability of the best grasp that is valid now; 0 where none is.
-        blockers: the different sets of objects that block its grasps, as bits; 0 for valid ones. Grasps that are not
-            valid for other reasons are left out: those held back as UNLIKELY are so after the next removal, too.
+        now: probability of the best grasp that is valid now; 0 if there is none.
+        blockers: the different sets of objects that block its grasps, as bits; 0 for valid grasps. Grasps that are
+            invalid
+            for other reasons are left out: those held back as UNLIKELY stay so after the next removal.
         best: the best probability among the grasps that each set blocks.
         counts: how many grasps each set blocks.
         on_it: bits of the objects that lie on it.
@@ -41,7 +42,7 @@ class Ways:
 
     @classmethod
     def of(cls, now: float, grasps: Iterable[tuple[float, int]], on_it: int = 0) -> "Ways":
-        """From (probability, blockers as bits) of each grasp."""
+        """Build from (probability, blockers as bits) of each grasp."""
         grasps = list(grasps)
         p = np.array([max(row[0], LEAST_P) for row in grasps], dtype=float)
         sets, inverse = np.unique(np.array([row[1] for row in grasps], dtype=np.uint64), return_inverse=True)
@@ -53,8 +54,8 @@ class Ways:
     def after(
         self, gone: UInt64[np.ndarray, "s"], opening: OpeningConfig
     ) -> tuple[Float[np.ndarray, "s"], Float[np.ndarray, "s"]]:
-        """Once these objects are gone: how surely the object has a valid grasp, and how surely the best one holds; 0
-        where no grasp is known.
+        """Return, once `gone` is gone, the probability of a valid grasp and that of the best one holding; 0 if none is
+        known.
         """
         blocked = self.blockers != 0
         left = np.bitwise_count(self.blockers[blocked][None] & ~gone[:, None])
@@ -69,8 +70,10 @@ class Ways:
 def opened_grasps(
     nearly: Float[np.ndarray, "*s"], best: Float[np.ndarray, "*s"], config: OpeningConfig
 ) -> tuple[Float[np.ndarray, "*s"], Float[np.ndarray, "*s"]]:
-    """How surely so many blocked grasps (s in `OpeningConfig`), the best free one of which promises so much, leave a
-    valid one, and how surely that one holds; 0 where there are none.
+    """Return the probability that blocked grasps leave a valid one, and that it then holds; 0 where there are no
+    grasps.
+
+    `nearly` is s of `OpeningConfig`; `best` is the probability of the best grasp that nothing blocks any more.
     """
     number = np.log(nearly + _FEW)
     a, b, c = config.there
@@ -81,7 +84,7 @@ def opened_grasps(
 
 
 def ways_of(context: PlanningContext, relations: Sequence[DependencyEdge]) -> dict[int, Ways]:
-    """The ways to grasp each object in sight; `relations` tell what lies on it."""
+    """Return the ways to grasp each object in sight; `relations` say what lies on it."""
     grasps, report = context.grasps, context.report
     in_sight = sum(1 << k for k in context.scene.ids)
     on_it = dict.fromkeys(context.scene.ids, 0)
@@ -106,8 +109,9 @@ def removal_costs(
     masks: UInt32[np.ndarray, "s"],
     config: PriceConfig,
 ) -> Float[np.ndarray, "s n"]:
-    """Picks to remove each candidate after each set of candidates is gone (bit i for candidates[i]); infinite where
-    it has no grasp then, or is gone. In the empty set only grasps that are valid now count.
+    """Return the picks to remove each candidate after each set of candidates is gone (bit i for candidates[i]).
+
+    Infinite if it then has no grasp, or is gone. In the empty set only grasps that are valid now count.
     """
     gone = as_bits(masks, candidates)
     out = np.full((len(masks), len(candidates)), np.inf)
@@ -123,8 +127,10 @@ def removal_costs(
 def clearing_costs(
     ways: Mapping[int, Ways], wanted: Sequence[int], gone: UInt64[np.ndarray, "s"], config: PriceConfig
 ) -> Float[np.ndarray, "s n"]:
-    """Picks to remove each wanted object, and what blocks it, after each set of objects is gone (bit k for id k): by
-    its cheapest grasp, each of whose blockers costs as much as by its own best one. A guess for what is not planned.
+    """Estimate the picks to remove each wanted object, and what blocks it, after each set is gone (bit k for object id
+    k).
+
+    It takes the cheapest grasp; each blocker costs as much as its own best grasp. A guess for what is not planned.
     """
     out = np.full((len(gone), len(wanted)), UNREMOVABLE)
     by_set = {k: _price_by_set(way, config) for k, way in ways.items()}
@@ -144,7 +150,9 @@ def clearing_costs(
 def target_costs(
     way: Ways, candidates: Sequence[int], masks: UInt32[np.ndarray, "s"], picks_left: int, config: PriceConfig
 ) -> Float[np.ndarray, "s"]:
-    """Picks to take a target in sight after each set of candidates is gone; infinite where it has no grasp then."""
+    """Return the picks to take a target in sight after each set of candidates is gone; infinite if it then has no
+    grasp.
+    """
     gone = as_bits(masks, candidates)
     there, after = way.after(gone, config.opening)
     p = np.where(masks == 0, way.now, after)
@@ -154,14 +162,14 @@ def target_costs(
 
 
 def _price_by_set(way: Ways, config: PriceConfig) -> Float[np.ndarray, "g"]:
-    """Picks to remove an object by the grasps that each set blocks, once that is gone."""
+    """Return the picks to remove an object by the grasps that each set blocks, once that set is gone."""
     there, holds = way.after(way.blockers, config.opening)
     free = way.blockers == 0
     return np.where(free, _tries(way.best, config), _tries(holds, config) + _missing(there, config))
 
 
 def _missing(there: Float[np.ndarray, "*s"], config: PriceConfig) -> Float[np.ndarray, "*s"]:
-    """What it takes until a grasp is there, if each further removal gives as good a chance."""
+    """Return the extra picks until a grasp exists, if each further removal gives an equal chance."""
     return np.minimum(config.missing * (1 - there) / np.maximum(there, LEAST_P), UNREMOVABLE)
 
 
@@ -170,7 +178,7 @@ def _tries(p: Float[np.ndarray, "*s"], config: PriceConfig) -> Float[np.ndarray,
 
 
 def as_bits(masks: UInt32[np.ndarray, "s"], candidates: Sequence[int]) -> UInt64[np.ndarray, "s"]:
-    """Sets of candidates (bit i for candidates[i]) with a bit k for object id k."""
+    """Convert sets of candidates (bit i for candidates[i]) to sets of object ids (bit k for id k)."""
     out = np.zeros(len(masks), np.uint64)
     for i, k in enumerate(candidates):
         out |= (masks.astype(np.uint64) >> np.uint64(i) & np.uint64(1)) << np.uint64(k)
@@ -178,7 +186,7 @@ def as_bits(masks: UInt32[np.ndarray, "s"], candidates: Sequence[int]) -> UInt64
 
 
 def _count(bits: int, gone: UInt64[np.ndarray, "s"]) -> Int64[np.ndarray, "s"]:
-    """How many of these objects are not gone."""
+    """Count the objects that are not gone."""
     return np.bitwise_count(np.uint64(bits) & ~gone).astype(np.int64)
 
 
@@ -187,7 +195,6 @@ def expected_picks(p: ArrayLike, lost_share: float, picks_left: ArrayLike) -> Fl
     for p = 0.
 
     With q the share of failed tries that lose the object, and with it all picks that are left:
-
         cost(p) = tries + lost * picks_left,  tries = 1 / (p + q (1 - p)),  lost = q (1 - p) * tries
     """
     comes = np.where(np.asarray(p) > 0, p, 1.0)

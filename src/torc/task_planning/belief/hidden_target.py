@@ -1,4 +1,4 @@
-"""The search for a target out of sight: from a look to the order of removals."""
+"""Search for a target out of sight: from a look to the order of removals."""
 
 from dataclasses import dataclass
 
@@ -22,11 +22,11 @@ class Search:
     """What the planner believes of a target out of sight, and what it would do.
 
     Attributes:
-        candidates: ids of the objects whose removal is considered; the numbers in `plan` and `places` count these.
-        room: share of the space over the support in which the target may be: for one of its size, where that was told
-            (`Particles.room`), else for any (`unseen_room`).
-        presence: chance that the target is there at all, after what was seen.
-        suspects: chance of each object in sight to be the target.
+        candidates: ids of the objects whose removal is considered; `plan` and `places` number them in this order.
+        room: share of the space over the support in which the target may be: a target of its size if that is known
+            (`Particles.room`), else any (`unseen_room`).
+        presence: probability that the target is there at all, after what was seen.
+        suspects: probability of each object in sight to be the target.
         clearing: picks to remove all candidates, each without what blocks it.
     """
 
@@ -41,18 +41,19 @@ class Search:
 
     @property
     def order(self) -> tuple[int, ...]:
-        """Ids of the objects to remove, one after another as long as the target does not come into sight."""
+        """Ids of the objects to remove, in order, until the target comes into sight."""
         return tuple(self.candidates[i] for i in self.plan.order)
 
     @property
     def expected_picks(self) -> float:
-        """Picks to the target. From the places that no candidate reveals it is taken once all of them are gone: more
-        than the plan reckons with, and rather too few.
+        """Expected picks to the target. Targets that no candidate reveals are taken once all candidates are gone.
+
+        That is more than the plan counts, and probably too few.
         """
         return self.plan.price + self.places.beyond * (self.clearing + _TARGET_PICKS)
 
     def reveals(self, object_ids: tuple[int, ...]) -> float:
-        """Share of the belief that comes into sight once these candidates are gone."""
+        """Return the share of the belief that comes into sight once these candidates are gone."""
         mask = sum(1 << self.candidates.index(k) for k in object_ids)
         return float(self.places.weights @ self.places.revealed(np.array([mask], dtype=np.uint32))[:, 0])
 
@@ -60,7 +61,7 @@ class Search:
 def search_target(
     context: PlanningContext, ways: dict[int, Ways], config: BeliefConfig, rng: np.random.Generator
 ) -> Search:
-    """What to remove to find the target; the plan is empty where nothing that can be removed shows anything."""
+    """Find what to remove to reveal the target; the plan is empty if no possible removal reveals anything."""
     volume, scene = context.volume, context.scene
     bodies = bodies_of(scene, volume)
     particles = propose(volume, bodies, config.particles, rng, context.target_size_m)
@@ -84,9 +85,9 @@ def search_target(
 
 
 def presence(room: float, config: GiveUpConfig) -> float:
-    """Chance that the target is there though no look has shown it (Bayes' rule).
+    """Return the probability that the target is there though no look has shown it (Bayes' rule).
 
-    Had it been anywhere over the support, all columns of space alike, all but the share `room` would have shown it.
+    If it were anywhere over the support, with all columns of space alike, all but the share `room` would have shown it.
     """
     missed = config.presence * room
     return missed / max(missed + 1 - config.presence, 1e-12)

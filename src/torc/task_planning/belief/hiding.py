@@ -1,4 +1,4 @@
-"""Which objects hide each place where the target may be, layer behind layer."""
+"""Find the objects that hide each place where the target may be, layer behind layer."""
 
 from dataclasses import dataclass
 
@@ -14,7 +14,7 @@ from torc.task_planning.belief.settings import HidingConfig
 
 _ONE = np.uint64(1)
 _NEAR_M = 0.005
-"""A body lies above a pose if it overlaps it by this much along both axes, and its lower side is no lower than this."""
+"""A body is above a pose if it overlaps it by this much along both axes, and its lower side is no lower than this."""
 
 
 @dataclass(frozen=True)
@@ -22,9 +22,9 @@ class Belief:
     """Places where the target may be, as boxes and as single points of hidden space, with what hides each.
 
     Attributes:
-        poses: boxes as `box_kernels` take them; those of single points have no extent.
+        poses: boxes as `box_kernels` expects them; single points have no extent.
         weights: sum to 1, unless there is no place.
-        masks: per place and point the bits of all objects that hide it; 0 where nothing that has an id does.
+        masks: per place and point the bits of all objects that hide it; 0 if nothing with an id does.
         hidden: which points were never seen; the others do not count.
         front: per place and object id the share of its hidden points that the object hides in the picture.
         above: bits of the objects in sight that lie above a place.
@@ -45,11 +45,11 @@ class Belief:
         return len(self.weights)
 
     def mass_hidden(self) -> Float[np.ndarray, "64"]:
-        """Per object id the share of the belief that the object hides in the picture."""
+        """Return, per object id, the share of the belief that the object hides in the picture."""
         return self.weights @ self.front
 
     def mass_behind(self) -> Float[np.ndarray, "64"]:
-        """Per object id the share of the belief behind the object, in whatever layer."""
+        """Return, per object id, the share of the belief behind the object, in any layer."""
         out = np.zeros(64)
         count = np.maximum(self.hidden.sum(axis=1), 1)
         for k in range(64):
@@ -65,7 +65,7 @@ def believe(
     config: HidingConfig,
     rng: np.random.Generator,
 ) -> Belief:
-    """The belief from particles and the plain hidden volume; `eye` is the camera's position, world frame."""
+    """Build the belief from particles and the plain hidden volume; `eye` is the camera's position, world frame."""
     points = _plain_points(volume, config, rng)
     share = config.plain_share if len(particles) else 1.0
     poses = np.concatenate([particles.poses, points])
@@ -88,7 +88,7 @@ def believe(
 
 
 def _plain_points(volume: OcclusionVolume, config: HidingConfig, rng: np.random.Generator) -> Boxes:
-    """Centres of hidden voxels as boxes without extent."""
+    """Draw centres of hidden voxels as boxes without extent."""
     voxels = hidden_voxels(volume)
     if len(voxels) == 0 or config.plain_share == 0:
         return np.zeros((0, 8))
@@ -102,7 +102,7 @@ def _plain_points(volume: OcclusionVolume, config: HidingConfig, rng: np.random.
 def _front_shares(
     poses: Boxes, hidden: Bool[np.ndarray, "n 27"], volume: OcclusionVolume
 ) -> Float[np.ndarray, "n 64"]:
-    """Per pose and object the share of the hidden points that the object hides in the picture."""
+    """Return, per pose and object, the share of the hidden points that the object hides in the picture."""
     none = np.zeros((0, 8))
     bits, eye_scale = np.zeros(0, np.uint64), np.zeros(4)
     seen, hidden_by = kernel_array(volume.seen, np.bool_), kernel_array(volume.hidden_by, np.uint64)
@@ -114,7 +114,7 @@ def _front_shares(
 
 
 def _above(poses: Boxes, bodies: Bodies) -> UInt64[np.ndarray, "n"]:
-    """The bodies that overlap each pose seen from above, and lie higher: by the circles within their outlines."""
+    """Return the bodies above each pose that overlap it seen from above, judged by the circles within their outlines."""
     out = np.zeros(len(poses), np.uint64)
     radius = poses[:, 3:5].min(axis=1)
     for box, bit in zip(bodies.boxes, bodies.bits):

@@ -1,9 +1,9 @@
-"""Where a hidden target may be: poses that fit what was never seen.
+"""Draw poses of a hidden target that fit the space that was never seen.
 
-The poses are drawn anew at every look, from the occlusion volume, which remembers all that was seen so far. That is all
-the update that there is to do: the target does not move, so its places after several looks are those that were possible
-before the first one, less those that any look has shown to be free or full; and the volume holds just these. A filter
-that carries particles along would have the same ones, and fewer.
+The poses are drawn anew at every look from the occlusion volume, which remembers all that was seen so far. No other
+update is needed: the target does not move, so its possible places after several looks are those before the first one,
+less those that any look has shown to be free or full, and the volume holds just these. A filter that carries particles
+along would have the same ones, and fewer.
 """
 
 from collections.abc import Sequence
@@ -20,26 +20,26 @@ from torc.task_planning.belief.settings import ParticleConfig
 
 _FALL_SLACK_M = 0.01
 _UNSEEN = 0.6
-"""A small cube fits if more than this share of it was never seen, and as much lies outside of all bodies in sight."""
+"""A small cube fits if more than this share of it was never seen, and as much lies outside all bodies in sight."""
 _FLAT = 0.3
-"""A disc, or a ball, is taken to be so high, as a share of its width: rather too small than too large."""
+"""Assumed height of a disc or ball, as a share of its width: too small rather than too large."""
 _ACROSS = (1.0, 0.5, 0.25)
 """Width to breadth of the boxes that stand for a target of known length and thickness."""
 _UPRIGHT = np.array([[0, 1, 2], [1, 2, 0], [2, 0, 1]])
-"""Which edges lie along the heading, across it and upwards."""
+"""The edges that lie along the heading, across it and upwards."""
 
 
 @dataclass(frozen=True)
 class Particles:
-    """Poses of a hidden target, each as a box with a weight.
+    """Poses of a hidden target, each a box with a weight.
 
     Attributes:
-        poses: boxes as `box_kernels` take them, world frame.
+        poses: boxes as `box_kernels` expects them, world frame.
         weights: sum to 1, unless there is no particle.
         rests_on: bit of the object in sight that each lies on, 0 for none.
-        room: share of the space over the support in which a target of the size that was told may be: of its columns of
-            voxels those that are hidden somewhere, times how well proposals fit there on average. None where no size
-            was told.
+        room: share of the space over the support in which a target of the given size may be: the share of its columns
+            of
+            voxels that are hidden somewhere, times how well proposals fit there on average. None if no size was given.
     """
 
     poses: Boxes
@@ -52,7 +52,7 @@ class Particles:
 
 
 def hidden_voxels(volume: OcclusionVolume) -> Int64[np.ndarray, "n 3"]:
-    """Index of each voxel that was never seen and that an object hides."""
+    """Return the index of each voxel that was never seen and that an object hides."""
     return np.argwhere(volume.hidden_by != 0)
 
 
@@ -63,9 +63,7 @@ def propose(
     rng: np.random.Generator,
     size_m: tuple[float, float] | None = None,
 ) -> Particles:
-    """Poses that a hidden target may have; none where nothing is hidden. `size_m`: its length and thickness, where they
-    were told.
-    """
+    """Propose poses of a hidden target, none if nothing is hidden. `size_m` is its length and thickness, if known."""
     voxels = hidden_voxels(volume)
     if not config.told_size:
         size_m = None
@@ -84,7 +82,7 @@ def propose(
     weights = fit_weights(shares, config)
     nx, ny, _ = volume.grid.shape
     hidden = len(np.unique(voxels[:, :2], axis=0)) / (nx * ny)
-    # Every stratum keeps its share: the first ones of each that fit.
+    # Every stratum keeps its share: of each, the first ones that fit.
     kept = np.flatnonzero(weights > 0)
     if len(kept) > config.most:
         kept = kept[np.linspace(0, len(kept) - 1, config.most).astype(int)]
@@ -94,8 +92,9 @@ def propose(
 
 
 def boxes_like(length_m: float, thickness_m: float) -> tuple[tuple[float, float, float], ...]:
-    """Edges of boxes of that length, from corner to corner, which go through a tube of that width: one is square
-    across, the others are flatter.
+    """Return the edges of boxes of that corner-to-corner length that pass through a tube of that width.
+
+    One is square across, the others are flatter.
     """
     along = max(np.sqrt(max(length_m**2 - thickness_m**2, 0.0)), _FLAT * thickness_m)
     across = [(ratio, thickness_m / np.sqrt(1 + ratio**2)) for ratio in _ACROSS]
@@ -105,8 +104,9 @@ def boxes_like(length_m: float, thickness_m: float) -> tuple[tuple[float, float,
 def unseen_room(
     volume: OcclusionVolume, bodies: Bodies, size_m: float, proposals: int, rng: np.random.Generator
 ) -> float:
-    """Share of the columns of space over the support in which a small cube would not have been seen, by cubes drawn in
-    hidden space: most of it unseen, and its middle not inside a body in sight.
+    """Return the share of the columns of space over the support in which a small cube would have stayed unseen.
+
+    Cubes are drawn in hidden space; one counts if most of it is unseen and its middle is not inside a body in sight.
     """
     voxels = hidden_voxels(volume)
     if len(voxels) == 0:
@@ -123,7 +123,7 @@ def unseen_room(
 
 
 def fit_weights(shares: Float[np.ndarray, "n 2"], config: ParticleConfig) -> Float[np.ndarray, "n"]:
-    """How well poses fit, 0 to 1, from what `fit_shares` tells of them."""
+    """Return how well poses fit, 0 to 1, given their `fit_shares`."""
     unseen = (shares[:, 0] - config.least_unseen_share) / (config.unseen_share - config.least_unseen_share)
     fit = np.clip(unseen, 0.0, 1.0)
     if config.most_inside_share < 1:
@@ -140,9 +140,11 @@ def _draw(
     candidates: Sequence[tuple[float, float, float]],
     rng: np.random.Generator,
 ) -> Boxes:
-    """Poses, those on the support first, of boxes of any of these edges.
+    """Draw poses of boxes with any of these edges, those on the support first.
 
-    A pose on the support stands in any such column, all alike; another one has its lower side in any hidden voxel.
+    A pose on the support stands in any such column with equal probability; the others have their lower side in any
+    hidden
+    voxel.
     """
     columns = np.unique(voxels[:, :2], axis=0)
     lying = count - standing

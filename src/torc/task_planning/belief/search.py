@@ -1,12 +1,12 @@
-"""The order of removals that takes the fewest picks, as expected, by dynamic programming over sets of removed objects.
+"""Find the order of removals with the fewest expected picks, by dynamic programming over sets of removed objects.
 
-What a set of removals shows does not depend on their order, so a state is the set S of objects that are gone:
+What a set of removals reveals does not depend on their order, so a state is the set S of objects that are gone:
 
     V(S) = min over k of  c(k, S) W(S) + sum over i of w_i togo_i(S + k) + V(S + k)
 
 c(k, S) is the cost of removing k then, W(S) the weight of the places that S does not reveal; i are the places that
-S + k reveals and S does not, w_i their weights, togo_i what it takes to fetch the target from there. After `depth`
-removals, a place that is still hidden costs what it takes to clear it, by a guess, times a detour.
+S + k reveals and S does not, w_i their weights, togo_i the picks to fetch the target from there. After `depth`
+removals, a place that is still hidden costs an estimate of clearing it, times a detour.
 """
 
 from collections.abc import Sequence
@@ -35,7 +35,7 @@ class Sets:
 
     Attributes:
         masks: bit i for candidate i; the first set is empty.
-        following: number of the set that has one candidate more, -1 where that is too large or has it already.
+        following: number of the set with one candidate more; -1 if that is too large or already has it.
     """
 
     masks: UInt32[np.ndarray, "s"]
@@ -43,7 +43,7 @@ class Sets:
 
 
 def sets_up_to(n: int, depth: int) -> Sets:
-    """The sets of up to that many of n candidates."""
+    """Return the sets of up to `depth` of n candidates."""
     members = [
         sum(1 << i for i in chosen)
         for size in range(min(depth, n) + 1)
@@ -60,14 +60,14 @@ def sets_up_to(n: int, depth: int) -> Sets:
 
 @dataclass(frozen=True)
 class Places:
-    """Places of a hidden target as the search sees them: those that the same removals reveal are one.
+    """Places of a hidden target as the search sees them; those that the same removals reveal are merged.
 
     Attributes:
         weights: their shares of the belief; sum to 1 with `beyond`.
-        points: per point the candidates that hide it; all bits set where it does not count or something else hides it.
+        points: per point the candidates that hide it; all bits set if it does not count or something else hides it.
         needed: how many points have to come into sight.
         above, front, rests_on: candidates that lie above, that hide much of it, and that it rests on.
-        found: the target is fetched by the removal itself: an object in sight may be it.
+        found: the removal itself fetches the target: an object in sight may be it.
         beyond: share of the belief that no removal of candidates reveals.
     """
 
@@ -81,7 +81,7 @@ class Places:
     beyond: float
 
     def revealed(self, masks: UInt32[np.ndarray, "s"]) -> Bool[np.ndarray, "c s"]:
-        """Which places each set reveals."""
+        """Return which places each set reveals."""
         return revealed_by(self.points, self.needed, masks)
 
 
@@ -91,7 +91,7 @@ def places_of(
     config: HidingConfig,
     suspects: dict[int, float] | None = None,
 ) -> Places:
-    """The belief in terms of the candidates; `suspects` are the chances that a candidate is itself the target."""
+    """Express the belief in candidates; `suspects` are the probabilities that a candidate is itself the target."""
     suspects = {k: p for k, p in (suspects or {}).items() if k in candidates}
     scale = max(1 - sum(suspects.values()), 0.0)
     count = belief.hidden.sum(axis=1)
@@ -135,7 +135,9 @@ def places_of(
 
 
 def compress(masks: np.ndarray, candidates: Sequence[int], others: bool = False) -> np.ndarray:
-    """64-bit masks of object ids as 32-bit masks of candidates; with `others` all bits where another id is set."""
+    """Convert 64-bit masks of object ids to 32-bit masks of candidates; with `others`, all bits where another id is
+    set.
+    """
     out = np.zeros(masks.shape, np.uint32)
     rest = masks.copy()
     for i, k in enumerate(candidates):
@@ -149,12 +151,12 @@ def compress(masks: np.ndarray, candidates: Sequence[int], others: bool = False)
 
 @dataclass(frozen=True)
 class Plan:
-    """What the search found.
+    """The result of the search.
 
     Attributes:
-        order: the removals, as numbers of candidates, as long as nothing comes into sight.
-        price: expected price from now on, in picks times weight; infinite where nothing can be done.
-        each: the price of each first removal; infinite where it cannot be done.
+        order: the removals, as numbers of candidates, until something comes into sight.
+        price: expected price from now on, in picks times weight; infinite if nothing can be done.
+        each: the price of each first removal; infinite if it cannot be done.
     """
 
     order: tuple[int, ...]
@@ -163,7 +165,7 @@ class Plan:
 
 
 def order_removals(steps: Float[np.ndarray, "s n"], stop: Float[np.ndarray, "s"], sets: Sets) -> Plan:
-    """The cheapest order; `stop` is the price of removing nothing more, by set."""
+    """Return the cheapest order; `stop` is the price, by set, of removing nothing more."""
     value, choice, each = best_order(steps, stop, sets.following)
     order, at = [], 0
     while choice[at] >= 0:
@@ -174,8 +176,8 @@ def order_removals(steps: Float[np.ndarray, "s n"], stop: Float[np.ndarray, "s"]
 
 @dataclass(frozen=True)
 class SearchPrices:
-    """Prices of a search for a hidden target, in picks: `base` to take the target once it can be grasped; the others as
-    in `PriceConfig`.
+    """Prices of a search for a hidden target, in picks: `base` to take a graspable target, the others as in
+    `PriceConfig`.
     """
 
     base: float
@@ -191,8 +193,11 @@ def plan_search(
     sets: Sets,
     prices: SearchPrices,
 ) -> Plan:
-    """The order of removals for a hidden target. `costs` by set and candidate, infinite where it cannot be done then;
-    `clearing` what it would cost in the end, with all that is in the way.
+    """Plan the order of removals for a hidden target.
+
+    Args:
+        costs: by set and candidate; infinite if it cannot be done then.
+        clearing: final cost of each candidate, with all that is in the way.
     """
     revealed = places.revealed(sets.masks)
     base_still = np.array([prices.base, prices.still_blocking])

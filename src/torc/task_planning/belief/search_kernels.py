@@ -14,7 +14,7 @@ _ZERO, _ONE = np.uint32(0), np.uint32(1)
 def revealed_by(
     points: UInt32[np.ndarray, "c p"], needed: Int64[np.ndarray, "c"], sets: UInt32[np.ndarray, "s"]
 ) -> Bool[np.ndarray, "c s"]:
-    """Whether each place comes into sight once a set is gone: enough of its points are hidden by nothing else."""
+    """Check whether each place comes into sight once a set is gone: nothing else hides enough of its points."""
     out = np.zeros((points.shape[0], sets.shape[0]), np.bool_)
     for c in range(points.shape[0]):
         for s in range(sets.shape[0]):
@@ -36,10 +36,10 @@ def picks_after(
     fees: Float[np.ndarray, "s n"],
     base_still: Float[np.ndarray, "2"],
 ) -> Float[np.ndarray, "c s"]:
-    """Picks to fetch the target from each place once it is in sight and a set is gone.
+    """Return the picks to fetch the target from each place once it is in sight and a set is gone.
 
-    One price for the target itself (`base_still[0]`), the fee of each object that still lies above it, and the share
-    `base_still[1]` of the fee of each that stands in front of it.
+    They are the price of the target itself (`base_still[0]`), the fee of each object that still lies above it, and the
+    share `base_still[1]` of the fee of each that stands in front of it.
     """
     out = np.full((above.shape[0], sets.shape[0]), base_still[0])
     for c in range(above.shape[0]):
@@ -63,11 +63,10 @@ def prices_to_reveal(
     clearing: Float[np.ndarray, "s n"],
     wanted: Bool[np.ndarray, "c s"],
 ) -> Float[np.ndarray, "c s"]:
-    """What it takes to bring a place into sight once a set is gone, where that is wanted: the price of clearing away
-    all that hides a point of it, for the cheapest points; 0 elsewhere.
+    """Return, where `wanted`, the price of bringing a place into sight once a set is gone; 0 elsewhere.
 
-    Only points that candidates alone hide can be cleared; there must be `needed` of them. Points with the same mask
-    stand beside each other, so each price is worked out once.
+    It is the price of clearing away all that hides a point of the place, for the cheapest `needed` points. Only points
+    that candidates alone hide can be cleared. Points with equal masks are adjacent, so each price is computed once.
     """
     out = np.zeros(wanted.shape)
     price, count = np.empty(points.shape[1]), np.empty(points.shape[1], np.int64)
@@ -112,10 +111,12 @@ def step_prices(
     following: Int64[np.ndarray, "s n"],
     fallen: float,
 ) -> Float[np.ndarray, "s n"]:
-    """The price of each removal after each set is gone, weighed by the chance that the target is not in sight yet.
+    """Return the price of each removal after each set is gone, weighted by the probability that the target is still
+    hidden.
 
-    That is its cost, the price `fallen` for the places that rest on the object, and what the target takes from those
-    places that it reveals. `following` is the number of the set with the object, -1 where the search does not go there.
+    It sums the removal's cost, the price `fallen` for the places that rest on the object, and the picks to take the
+    target
+    from the places that it reveals. `following` is the number of the set with the object, -1 if the search stops there.
     """
     n_sets, n = costs.shape
     out = np.full((n_sets, n), np.inf)
@@ -142,10 +143,10 @@ def step_prices(
 def best_order(
     steps: Float[np.ndarray, "s n"], stop: Float[np.ndarray, "s"], following: Int64[np.ndarray, "s n"]
 ) -> tuple[Float[np.ndarray, "s"], Int64[np.ndarray, "s"], Float[np.ndarray, "s n"]]:
-    """The least price from each set on, the removal with which it begins (-1: stop), and the price of each removal.
+    """Return the least price from each set on, the removal it begins with (-1: stop), and the price of each removal.
 
     V(S) = min(stop(S), min_k steps(S, k) + V(S + k)); sets are ordered by size, so V is found from the last one back.
-    Of equal prices stopping comes first, then the removal of the lowest number.
+    Of equal prices, stopping wins, then the removal of the lowest number.
     """
     n_sets, n = steps.shape
     value, choice = stop.copy(), np.full(n_sets, -1, np.int64)

@@ -1,4 +1,4 @@
-"""Settings of the planner `belief`. Lengths in metres; every ingredient can be switched off."""
+"""Settings of the planner `belief`. Lengths are in metres; every ingredient can be switched off."""
 
 from dataclasses import dataclass, field
 
@@ -17,8 +17,7 @@ GENERIC_SIZES_M: tuple[Size, ...] = (
     (0.06, 0.06, 0.06),
     (0.02, 0.05, 0.14),
 )
-"""Edges of boxes around usual household goods: a small and a flat carton, a can, a bottle, a mug, a cereal box, a
-fruit, a tool.
+"""Edges of boxes around usual household goods: a small and a flat carton, can, bottle, mug, cereal box, fruit and tool.
 """
 
 
@@ -28,15 +27,15 @@ class ParticleConfig:
 
     Attributes:
         proposals: poses drawn at every look.
-        most: at most so many of those that fit are kept, in the order in which they were drawn.
-        fewest: with fewer than this the planner does not know, and DG-SELECT's order holds.
+        most: most fitting proposals kept, in the order in which they were drawn.
+        fewest: with fewer than this, DG-SELECT's order applies.
         on_support: share of the proposals that stand or lie on the support; the others lie where they fall, or at the
-            height at which they were drawn where nothing known is below.
-        told_size: use the target's size, where its user told it.
-        sizes_m: edge lengths of the boxes that stand for a target of unknown size, each as likely as the others.
-        unseen_share: a proposal of which at least this share was never seen fits.
-        least_unseen_share: one of which no more than this was never seen does not fit; in between its weight grows.
-        inside_share: a proposal may lie with this share inside bodies in sight at no loss.
+            height at which they were drawn if nothing known is below.
+        told_size: use the target's size if the user gave it.
+        sizes_m: edge lengths of the boxes that stand for a target of unknown size, all equally likely.
+        unseen_share: a proposal fits if at least this share of it was never seen.
+        least_unseen_share: it does not fit if no more than this share was never seen; in between its weight grows.
+        inside_share: share of a proposal that may lie inside bodies in sight at no loss.
         most_inside_share: with this share inside it does not fit; 1 leaves bodies out of the test.
         body_scale: scale of the bodies in sight for that test, about their centres: they are boxes around them.
     """
@@ -70,17 +69,18 @@ class ParticleConfig:
 
 @dataclass(frozen=True)
 class HidingConfig:
-    """What hides a particle, and what shows it.
+    """What hides a particle, and what reveals it.
 
     Attributes:
-        plain_share: share of the belief that is spread over all hidden space whatever fits there, so that no true pose
-            is ruled out; 0 for none, 1 for nothing else.
+        plain_share: share of the belief that is spread over all hidden space, whatever fits there, so that no true pose
+            is
+            ruled out; 0 for none, 1 for nothing else.
         plain_points: points that stand for that share.
-        all_layers: count, besides the object in the picture, each body in sight that the camera's ray meets on its way
-            to the particle. Off: only the object in the picture.
+        all_layers: also count each body in sight that the camera's ray meets on its way to the particle, not only the
+            object in the picture.
         layer_scale: scale of bodies for that test, about their centres.
-        reveal_share: a particle is revealed when this share of what is hidden of it comes into sight.
-        front_share: an object that hides at least this share of a particle may still stand in the way of its grasps.
+        reveal_share: a particle is revealed when this share of its hidden part comes into sight.
+        front_share: an object that hides at least this share of a particle may still block its grasps.
     """
 
     plain_share: float = 0.25
@@ -101,16 +101,18 @@ class HidingConfig:
 
 @dataclass(frozen=True)
 class OpeningConfig:
-    """How an object that cannot be grasped fares once others are gone. Fitted to 8,942 such objects of 96 generated
-    scenes, each before and after a removal (docs/task_planners.md).
+    """The chance of grasping a blocked object once others are gone.
 
-    With s the number of its grasps, each of which counts `nearly` to the power of the blockers that it still has (the
-    scene looks otherwise then, and other grasps are found), and q what the best of those promises that none blocks any
-    more, 0 if there is none:
+    Fitted to 8,942 blocked objects of 96 generated scenes, each before and after a removal (docs/task_planners.md). s
+    is
+    the number of its grasps, each counted as `nearly` to the power of its remaining blockers (the scene then looks
+    different, and other grasps are found). q is the probability of the best grasp that nothing blocks any more, 0 if
+    there
+    is none.
 
     Attributes:
         there: it has a valid grasp with a probability whose logit is a + b ln(s + .05) + c q.
-        holds: the best one then holds with a + b ln(s + .05) + c q. It is more than q, which reckons with the clutter.
+        holds: the best one then holds with a + b ln(s + .05) + c q. It is more than q, which accounts for the clutter.
     """
 
     nearly: float = 0.1
@@ -128,18 +130,19 @@ class PriceConfig:
 
     Attributes:
         hold: a removal costs 1 / p(hold) picks. Off: 1 pick, whatever its grasp.
-        dropped: removing an object while another one lies on it, for each that does.
-        loaded: taking the target while an object lies on it, for each that does.
+        dropped: removing an object while others lie on it, for each of them.
+        loaded: taking the target while objects lie on it, for each of them.
         fallen: removing an object on which the hidden target lies; 0 to leave that out.
         lost_share: share of the failed tries with the target that lose it, and with it all picks that are left.
-        still_blocking: chance that an object which hides much of a particle still blocks the target's grasps once it
+        still_blocking: probability that an object which hides much of a particle still blocks the target's grasps once
+            it
             is in sight.
-        missing: the price of each further removal that it takes where a plan counts on a grasp that is blocked now and
-            that is not there after all.
-        opening: how surely it is there.
-        detour: what is still hidden where the search ends takes this many times what it would take to go straight for
-            it: there are other places to look at first.
-        worth_waiting: a target that can be grasped waits only if clearing something first saves more than this.
+        missing: price of each further removal needed when a plan counts on a grasp that is blocked now and turns out to
+            be
+            missing.
+        opening: the probability that it is there.
+        detour: factor on the direct cost of what is still hidden where the search ends: other places come first.
+        worth_waiting: a graspable target waits only if clearing something first saves more than this.
     """
 
     hold: bool = True
@@ -169,9 +172,9 @@ class SearchConfig:
     """How far ahead the search looks.
 
     Attributes:
-        candidates: objects whose removal is considered, at most; those that hide most come first.
+        candidates: most objects whose removal is considered; those that hide most come first.
         depth: removals that it looks ahead; 1 is greedy.
-        least_share: objects that hide a smaller share of the belief are no candidates, unless they block one.
+        least_share: objects that hide a smaller share of the belief are not candidates, unless they block one.
     """
 
     candidates: int = 12
@@ -185,14 +188,13 @@ class SearchConfig:
 
 @dataclass(frozen=True)
 class GiveUpConfig:
-    """When the planner says that the target is not there: hardly any unseen place has room for it, and nothing that was
-    seen may be it.
+    """When the planner says that the target is not there: no unseen place has room for it, and nothing seen may be it.
 
     Attributes:
-        size_m: where the target's size was not told, it may be where a cube of this edge was never seen.
-        proposals: such cubes drawn at every look.
-        presence: how surely the target is on the table, before the first look.
-        below: gives up when the chance that it is there, after all that was seen, falls below this; 0: never.
+        size_m: a target of unknown size may be where a cube of this edge was never seen.
+        proposals: cubes drawn at every look.
+        presence: probability, before the first look, that the target is on the table.
+        below: gives up when the probability that it is there, after all that was seen, falls below this; 0: never.
     """
 
     size_m: float = 0.015
@@ -209,7 +211,7 @@ class GiveUpConfig:
 
 @dataclass(frozen=True)
 class BeliefConfig:
-    """Configuration of the planner `belief`; `fallback` is of DG-SELECT, for what the belief cannot tell."""
+    """Configuration of the planner `belief`; `fallback` configures DG-SELECT, for what the belief cannot decide."""
 
     particles: ParticleConfig = field(default_factory=ParticleConfig)
     hiding: HidingConfig = field(default_factory=HidingConfig)

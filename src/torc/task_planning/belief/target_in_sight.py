@@ -1,4 +1,4 @@
-"""A target in sight: take it, or remove what makes it easier to take first."""
+"""Decide about a target in sight: take it, or first remove what makes it easier to take."""
 
 from dataclasses import dataclass
 
@@ -24,9 +24,9 @@ class Access:
 
     Attributes:
         order: ids of the objects to remove before it is taken, in this order.
-        picks: expected picks, the target's own included; infinite where no removal is known to help.
-        now: expected picks if it is taken at once; infinite where it cannot be.
-        frees: whether nothing blocks one of its grasps after these removals, as far as is known; else they make way.
+        picks: expected picks, including the target's own; infinite if no known removal helps.
+        now: expected picks if it is taken at once; infinite if it cannot be.
+        frees: whether these removals leave one of its grasps unblocked, as far as is known; otherwise they make way.
     """
 
     order: tuple[int, ...]
@@ -36,9 +36,10 @@ class Access:
 
 
 def free_target(context: PlanningContext, ways: dict[int, Ways], config: BeliefConfig) -> Access:
-    """The cheapest way to the target, over all sets of removals up to the search's depth.
+    """Find the cheapest way to the target, over all sets of removals up to the search's depth.
 
-    The search is that for a hidden target with a single place, in sight: a set of removals frees it or not, so a grasp
+    The search is the one for a hidden target with a single place, in sight: a set of removals frees it or not, so a
+    grasp
     that two objects block needs both gone.
     """
     candidates = with_obstacles([TARGET_ID], ways, config.search.candidates + 1)[1:]

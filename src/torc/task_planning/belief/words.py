@@ -1,4 +1,4 @@
-"""What the planner `belief` says of a decision: a sentence for people, and plain data for the log."""
+"""Explain a decision of the planner `belief`: a sentence for people, and plain data for the log."""
 
 from collections.abc import Callable, Sequence
 
@@ -11,14 +11,16 @@ from torc.task_planning.belief.hiding import Belief
 from torc.task_planning.belief.target_in_sight import Access
 
 TILES = 60
-"""The picture of the belief has so many tiles from top to bottom."""
+"""Tiles of the belief's picture from top to bottom."""
 _LEAST_TILE = 5e-5
 _DIGITS = 4
 Called = Callable[[int], str]
 
 
 def search_reason(search: Search, called: Called) -> str:
-    """E.g. "Pick 3: with it gone the target comes into sight with p = 0.41, and 0.62 of the places where it may be lie
+    """Return the reason for a removal.
+
+    E.g. "Pick 3: with it gone the target comes into sight with p = 0.41, and 0.62 of the places where it may be lie
     behind it. If it does not, 5 and 2 come next. About 2.4 picks to the target."
     """
     first, *later = search.order
@@ -44,7 +46,7 @@ def search_reason(search: Search, called: Called) -> str:
 
 
 def search_evidence(search: Search, observation: Observation) -> BeliefEvidence:
-    """The belief of a search, rounded for the log."""
+    """Return the belief of a search, rounded for the log."""
     belief = search.belief
     behind, hidden = belief.mass_behind(), belief.mass_hidden()
     tile_px, tiles = belief_tiles(belief, observation)
@@ -65,8 +67,10 @@ def search_evidence(search: Search, observation: Observation) -> BeliefEvidence:
 
 
 def belief_tiles(belief: Belief, observation: Observation) -> tuple[int, tuple[tuple[int, int, float], ...]]:
-    """Where in the image the target's places lie: the edge of a tile in pixels, and (row, column, probability) of each
-    tile. Places that project outside the image are left out.
+    """Return where in the image the target's places lie: a tile's edge in pixels, and each tile's (row, column,
+    probability).
+
+    Places that project outside the image are left out.
     """
     height, width = observation.depth_m.shape
     tile_px = max(1, height // TILES)
@@ -81,7 +85,7 @@ def belief_tiles(belief: Belief, observation: Observation) -> tuple[int, tuple[t
 
 
 def access_reason(access: Access, target: int, called: Called) -> str:
-    """Why the target is taken, or what makes way for it."""
+    """Return why the target is taken, or what makes way for it."""
     if not access.order:
         return (
             f"Pick {called(target)}: it is the target, it has a valid grasp, and removing something first would not "
@@ -97,7 +101,7 @@ def access_reason(access: Access, target: int, called: Called) -> str:
 
 
 def access_evidence(access: Access) -> BeliefEvidence:
-    """The removals that free a target in sight."""
+    """Return the removals that free a target in sight."""
     now = None if np.isinf(access.now) else _short(access.now)
     return BeliefEvidence(access.order, _short(access.picks), now)
 

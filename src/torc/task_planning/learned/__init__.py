@@ -1,1 +1,1 @@
-"""The planner `learned`: ranks objects by trees over what DG-SELECT and BELIEF reckon with."""
+"""The planner `learned`: ranks objects by logistic regression over what DG-SELECT and BELIEF compute."""

@@ -1,4 +1,4 @@
-"""What the learned picker knows of each object that can be picked: no picture, only what the planners reckon with."""
+"""Compute the learned picker's features of each graspable object: no picture, only what the planners compute."""
 
 from dataclasses import dataclass, field
 
@@ -17,7 +17,7 @@ from torc.task_planning.graph_building import build_dependency_graph
 from torc.task_planning.relations import find_relations
 
 REASONING = BeliefConfig(ParticleConfig(told_size=False), HidingConfig(plain_share=0.5))
-"""What the picker that ships was trained on: it was not told the target's size."""
+"""Settings for which the shipped picker was trained: the target's size is unknown."""
 
 FEATURE_NAMES = (
     "target in sight",
@@ -45,12 +45,12 @@ FEATURE_NAMES = (
     "share of the picture of objects",
 )
 _REACH_M = 0.05
-"""How far around what is in sight of the target hidden volume counts, as in the dependency graph."""
+"""How far around the visible part of the target hidden volume counts, as in the dependency graph."""
 
 
 @dataclass(frozen=True)
 class _Reckoned:
-    """What BELIEF reckons: per object the share behind it, the share that it reveals, and the picks if it is next."""
+    """BELIEF's estimates: per object the share behind it, the share that it reveals, and the picks if it is next."""
 
     behind: dict[int, float] = field(default_factory=dict)
     reveals: dict[int, float] = field(default_factory=dict)
@@ -61,7 +61,7 @@ class _Reckoned:
 def features_of(
     context: PlanningContext, rng: np.random.Generator
 ) -> tuple[tuple[int, ...], Float32[np.ndarray, "k f"]]:
-    """Ids of the objects that can be picked, and a row of features for each; NaN where something is not known."""
+    """Return the ids of the graspable objects, and a row of features for each; NaN where something is unknown."""
     ids = context.graspable_ids
     relations = find_relations(context.scene, REASONING.fallback.relations)
     ways = ways_of(context, relations)
@@ -162,7 +162,7 @@ def _by_grasps(
 
 
 def _share(blockers: UInt64[np.ndarray, "g"] | None, object_id: int, alone: bool = False) -> float:
-    """The share of these grasps that the object blocks; NaN where there is none."""
+    """Return the share of these grasps that the object blocks; NaN if there are no grasps."""
     if blockers is None or not len(blockers):
         return float("nan")
     bit = np.uint64(1) << np.uint64(object_id)

@@ -1,4 +1,4 @@
-"""The planner `learned`: picks the object that is most probably as good a choice as any, by what it was trained on."""
+"""The planner `learned`: picks the object most likely to be as good a choice as any, as it was trained."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +12,7 @@ from torc.task_planning.learned.features import FEATURE_NAMES, REASONING, featur
 from torc.task_planning.learned.model import MODEL_PATH, load_picker
 
 _TOLD = 2
-"""Features that a reason names."""
+"""Number of features that a reason names."""
 
 
 @dataclass(frozen=True)
@@ -20,30 +20,30 @@ class LearnedConfig:
     """Configuration of the planner `learned`.
 
     Attributes:
-        model: file of weights of your own (`python -m tools.learned_picker train`); empty for the one that ships.
+        model: file of your own weights (`python -m tools.learned_picker train`); empty for the shipped ones.
     """
 
     model: str = ""
 
 
 class LearnedPlanner(TaskPlannerTraits):
-    """Ranks what can be picked by a logistic regression over what DG-SELECT and BELIEF reckon with."""
+    """Ranks graspable objects by a logistic regression over what DG-SELECT and BELIEF compute."""
 
     name = "learned"
 
     def __init__(self, config: LearnedConfig | None = None) -> None:
-        """Raises InputError for a model that cannot be used."""
+        """Load the model. Raises InputError if it cannot be used."""
         self.config = LearnedConfig() if config is None else config
         self.model = load_picker(Path(self.config.model) if self.config.model else MODEL_PATH)
 
     def decide(self, context: PlanningContext, rng: np.random.Generator) -> Decision:
-        """The object that most probably no other one is better than, or None if nothing visible has a valid grasp."""
+        """Return the object that most probably no other is better than, or None if nothing visible has a valid grasp."""
         ids, features = features_of(context, rng)
         if not ids:
             return Decision(None, "No visible object has a valid grasp.")
         p, parts = self.model.score(features), self.model.parts(features)
         at = int(np.argmax(p))
-        # What sets it apart from the others that could be picked.
+        # What sets it apart from the other graspable objects.
         above = parts[at] - parts.mean(axis=0)
         most = np.argsort(-above, kind="stable")[:_TOLD]
         because = " and ".join(
@@ -59,7 +59,7 @@ class LearnedPlanner(TaskPlannerTraits):
         return Decision(ids[at], reason, evidence=evidence)
 
     def warm_up(self, context: PlanningContext) -> None:
-        """Use every compiled kernel once, to no effect."""
+        """Run every compiled kernel once and discard the results."""
         BeliefPlanner(REASONING).warm_up(context)
 
 

@@ -15,8 +15,9 @@ MODEL_PATH = Path(__file__).with_name("picker.npz")
 
 @dataclass(frozen=True)
 class PickerModel:
-    """The log-odds that no other object is a better choice: bias + weights . (features - mean) / scale, where a feature
-    that is not known counts as its mean.
+    """The log-odds that no other object is a better choice: bias + weights . (features - mean) / scale.
+
+    An unknown feature counts as its mean.
 
     Attributes:
         notes: how it was trained, for people.
@@ -39,17 +40,17 @@ class PickerModel:
             raise InputError("A picker's scales must be positive. Train it again.")
 
     def parts(self, features: Float32[np.ndarray, "k f"]) -> Float[np.ndarray, "k f"]:
-        """What each feature adds to the log-odds."""
+        """Return what each feature adds to the log-odds."""
         standard = (features.astype(float) - self.mean) / self.scale
         return np.where(np.isnan(standard), 0.0, standard) * self.weights
 
     def score(self, features: Float32[np.ndarray, "k f"]) -> Float[np.ndarray, "k"]:
-        """How probably no other object is a better choice, 0 to 1, each by itself."""
+        """Return the probability of each object, on its own, that no other is a better choice."""
         return 1 / (1 + np.exp(-(self.bias + self.parts(features).sum(axis=1))))
 
 
 def load_picker(path: Path) -> PickerModel:
-    """A model for the features of this version. Raises InputError for any other file."""
+    """Load a model for the features of this version. Raises InputError for any other file."""
     model = load_record(path, PickerModel)
     if model.feature_names != FEATURE_NAMES:
         odd = sorted(set(model.feature_names) ^ set(FEATURE_NAMES)) or ["the same, in another order"]
