@@ -1,4 +1,4 @@
-"""Grasps and what is known of each."""
+"""Grasps and what is known about each."""
 
 from dataclasses import dataclass
 from enum import IntEnum
@@ -57,14 +57,14 @@ class GraspSet:
         return len(self.scores)
 
     def of(self, object_id: int) -> np.ndarray:
-        """Indices of this object's grasps, by falling score."""
+        """Return indices of this object's grasps, by falling score."""
         index = np.flatnonzero(self.object_ids == object_id)
         return index[np.argsort(-self.scores[index], kind="stable")]
 
 
 @dataclass(frozen=True)
 class GraspReport:
-    """Per grasp: reachable how, or why not; per pair of objects: who blocks whom (paper: Grasping).
+    """How each grasp is reached or why not, and which objects block which (paper: Grasping).
 
     Attributes:
         status: a GraspStatus per grasp.
@@ -86,7 +86,7 @@ class GraspReport:
     valid_total: Int32[np.ndarray, "k"]
 
     def has_valid_grasp(self, object_id: int) -> bool:
-        """Whether the object is graspable now; False for an object that is not in the scene."""
+        """True if the object is graspable now; False for an object that is not in the scene."""
         return object_id in self.object_ids and self.valid_total[self.object_ids.index(object_id)] > 0
 
     @property
