@@ -92,8 +92,7 @@ class Answer:
         """Return JSON-compatible data in labels: the choice, its grasps, why, and the state of each object's grasps.
 
         Only `id`, beside each object's label, is torc's own number: a VLM is shown it and answers with it
-        (`exchanges`),
-        and a user-defined planner may use it.
+        (`exchanges`), and a user-defined planner may use it.
         """
         decision = self.decision.to_plain()
         del decision["object_id"]
