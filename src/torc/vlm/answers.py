@@ -61,8 +61,8 @@ class Corrected:
 def read_first_pick(reply: Reply, offered: Collection[int]) -> int | Useless:
     """Return the object that the first action of a planned sequence names (paper: Approach 1), if it was offered.
 
-    The sequence is an array of {"action": "remove" or "pick", "input": id}, alone or under "plan". A reply that is
-    a single object, e.g. "object_6", [6] or {"object": 6}, names that object.
+    The sequence is an array of {"action": "remove" or "pick", "input": id}, alone or under "plan". A reply that is a
+    single object, e.g. "object_6", [6] or {"object": 6}, names that object.
     """
     named = _first_named(reply)
     if isinstance(named, Useless):

@@ -63,8 +63,7 @@ def find_proxy(url: str) -> Proxy | None:
 
 def is_loopback(host: str) -> bool:
     """True if a host's name or address means this machine: localhost, 127.0.0.0/8, ::1, or 0.0.0.0, which servers print
-    as
-    their own address. No name is looked up.
+    as their own address. No name is looked up.
     """
     name = host.lower().rstrip(".")
     if name == "localhost" or name.endswith(".localhost"):
