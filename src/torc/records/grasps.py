@@ -71,8 +71,8 @@ class GraspReport:
         qpos: inverse-kinematics solution of the arm per grasp, radians; NaN where there is none.
         blockers: per grasp the other objects that the arm or gripper touches, bit k for object id k.
         object_ids: ids of all visible objects, rising.
-        blocking: blocking[i, j] = how many grasps of object_ids[i] are blocked by object_ids[j]; a grasp may
-            count for several j.
+        blocking: blocking[i, j] = how many grasps of object_ids[i] are blocked by object_ids[j]; a grasp may count for
+            several j.
         blocked_total: per object, how many of its grasps are blocked by at least one other object.
         valid_total: per object, how many grasps are VALID: those held back as UNLIKELY or NO_MOTION do not count.
     """
