@@ -51,8 +51,8 @@ def arguments(factory: Any, settings: Settings, stage: str, rough: bool = False)
     """Return the arguments that carry a part's settings.
 
     A part whose parameter `config` is annotated with a dataclass gets one with the settings; any other gets each
-    setting as an argument. With `rough` the configuration for a sensor's depth is the default, if there is one.
-    Raises like `changed`.
+    setting as an argument. With `rough` the configuration for a sensor's depth is the default, if there is one. Raises
+    like `changed`.
     """
     made_with = config_class(factory)
     if made_with is None:
