@@ -1,7 +1,6 @@
 """Problems: which objects lie where, and which one is the target. YAML on disk, format `torc-problem/1`.
 
-format: torc-problem/1
-name: behind_the_milk
+format: torc-problem/1 name: behind_the_milk
 category: structured            # or unstructured
 description: The mug stands behind a milk carton.
 target: mug                     # one of the objects, or an absent one: then with its target_model
