@@ -1,7 +1,7 @@
 """Lay out a dependency graph on paper: layers from the target downwards, few crossings.
 
-The usual layered scheme: break cycles, layer by longest path, put invisible waypoints where an edge skips layers,
-order each layer by the mean place of its neighbours, and spread the columns.
+The usual layered scheme: break cycles, layer by longest path, put invisible waypoints where an edge skips layers, order
+each layer by the mean place of its neighbours, and spread the columns.
 """
 
 from dataclasses import dataclass
