@@ -20,8 +20,7 @@ Look = Callable[[Collection[int]], PlanningContext]
 @dataclass(frozen=True)
 class Retrieval:
     """The objects that a planner took, the target last if it was taken, and the expected tries of their grasps: the sum
-    of
-    1 / p(hold).
+    of 1 / p(hold).
     """
 
     order: tuple[int, ...] = ()

@@ -37,8 +37,7 @@ class InformedPlanner(TaskPlannerTraits):
 
     It searches like ORACLE, in the true scene, but with other draws of grasps and motions than the trial's. Then it
     plays each order that it found, and DG-SELECT's choice, with more such draws, and takes the one with the fewest
-    picks
-    on average. It follows an order as long as each pick goes as expected.
+    picks on average. It follows an order as long as each pick goes as expected.
     """
 
     name = "informed"

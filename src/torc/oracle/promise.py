@@ -54,8 +54,7 @@ def rough_plans(peek: Callable[[frozenset[int]], Options], now: Options) -> Iter
 @dataclass(frozen=True, order=True)
 class Prospect:
     """Cost of the cheapest known sequence that begins with a trial: expected picks, with failures by experience, and
-    the
-    cost if no pick failed.
+    the cost if no pick failed.
     """
 
     expected: float

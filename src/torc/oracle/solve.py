@@ -39,8 +39,7 @@ def solve_problem(
     """Find the order of picks that retrieves the target with the fewest picks, then the fewest drops.
 
     Orders longer than the conditions allow do not count. A trial with this seed that picks in this order goes exactly
-    as
-    foreseen.
+    as foreseen.
 
     Args:
         problem: the problem.

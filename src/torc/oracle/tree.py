@@ -15,8 +15,7 @@ Choice = int | None
 """An object to pick, or None: to let a pick pass."""
 GIVE_UP = -1
 """The choice to give up, for a target that is certainly absent. It ends a sequence like a pick of the target, and
-counts
-as a pick within the search, so that the bounds hold unchanged.
+counts as a pick within the search, so that the bounds hold unchanged.
 """
 LOOK_COST = 0.5
 """Cost of a look, real or rough, in picks: about its share of the computing."""
