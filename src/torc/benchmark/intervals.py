@@ -2,8 +2,7 @@
 
 All are built on the linearised variance of a ratio of sums over problems, with Student's t for the number of problems.
 The usual percentile bootstrap over problems contains the truth in 86-94 % of the cases with 10 to 40 problems, and in
-fewer for shares near 1; these intervals contain it in 93-97 % (tests/benchmark/test_coverage.py,
-docs/benchmarking.md).
+fewer for shares near 1; these intervals contain it in 93-97 % (tests/benchmark/test_coverage.py, docs/benchmarking.md).
 """
 
 from collections.abc import Sequence
@@ -89,8 +88,7 @@ def mean(sums: Sums, totals: Sums, largest: float = np.inf) -> Estimate:
 
     Student's t after the transformation that removes the skewness (P. Hall, On the removal of skewness by
     transformation, 1992). If all problems are equal, others may still differ: as many as may have been missed by
-    chance.
-    `largest` is the largest number of a trial.
+    chance. `largest` is the largest number of a trial.
     """
     sums, totals = _counted(sums, totals)
     if not len(totals):

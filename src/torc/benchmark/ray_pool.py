@@ -50,8 +50,7 @@ class RayPool:
     """A `Backend` for tasks whose argument is an `Order`; made by `ray_pool`.
 
     With 0 workers as many trials are played at once as there are CPUs. `there` gives, by field, the paths of
-    user-defined
-    robot and workspace files on the other machines.
+    user-defined robot and workspace files on the other machines.
     """
 
     def __init__(self, ray: ModuleType, limits: PoolConfig, there: Mapping[str, str]) -> None:

@@ -26,12 +26,9 @@ def read_tables(roots: Sequence[Path]) -> Table:
     """Return all trials of several directories in one table, as if they had been played into one.
 
     A directory contributes the trials that its benchmark planned, missing ones too, and any others below it. If it
-    holds
-    tables of an earlier report instead of a benchmark, these also count for trials that are gone. If a problem has
-    changed
-    between directories, only the trials of the first one's version count; of trials under several conditions, only
-    those
-    under the commonest ones.
+    holds tables of an earlier report instead of a benchmark, these also count for trials that are gone. If a problem
+    has changed between directories, only the trials of the first one's version count; of trials under several
+    conditions, only those under the commonest ones.
 
     Raises:
         InputError: one of them holds no trial.
