@@ -1,6 +1,6 @@
 """The errors of torc. Expected failures are values (see `PlanFailure`); these are for everything else.
 
-Every message names what was wrong, where, and what the user can do about it.
+Every message names the fault, its place, and what the user can do about it.
 """
 
 
@@ -13,18 +13,21 @@ class InputError(TorcError):
 
 
 class UnknownNameError(InputError):
-    """A name that is not in a registry; names the nearest one, and lists the valid ones, or those near it of many."""
+    """A name that is not in a registry. The message names the nearest one, and lists all valid or all near ones."""
 
     MANY = 60
     FEW = 5
 
     def __init__(self, what: str, name: str, valid: list[str], more: str = "", lister: str = "") -> None:
-        """`more` stands behind the valid names; `lister` is the command that lists them: few are listed here then."""
+        """Make the message from what kind of thing has no such name, the name, and the valid ones.
+
+        `more` follows the valid names; `lister` is a command that lists them, so that the message lists only a few.
+        """
         import difflib
         import re
 
         def plain(text: str) -> str:
-            """With the numbers in it as one would say them: "structured-01" is "structured-1"."""
+            """Drop leading zeros of numbers: "structured-01" becomes "structured-1"."""
             return re.sub(r"0+(?=\d)", "", text)
 
         same = [v for v in valid if plain(v) == plain(name)]
@@ -51,16 +54,16 @@ class MissingDependencyError(TorcError):
 
 
 def extra_remedy(extra: str) -> str:
-    """How to get an optional extra. (`torc` on the package index is an unrelated project.)"""
+    """Return how to get an optional extra. (`torc` on the package index is an unrelated project.)"""
     return f"scripts/setup {extra} (in torc's checkout) or pip install 'torc-retrieval[{extra}]'"
 
 
 class PlannerError(TorcError):
-    """A task planner, mostly a third party's, crashed or answered something that is no decision."""
+    """A task planner, mostly a third party's, crashed or returned something that is not a decision."""
 
 
 class VlmClientError(TorcError):
-    """A VLM client, mostly a third party's, crashed or returned something that is no reply."""
+    """A VLM client, mostly a third party's, crashed or returned something that is not a reply."""
 
 
 class PartError(TorcError):
@@ -72,15 +75,15 @@ class CameraError(TorcError):
 
 
 class GraspPlannerError(TorcError):
-    """A grasp planner, mostly a third party's, crashed or returned something that is no set of grasps."""
+    """A grasp planner, mostly a third party's, crashed or returned something that is not a set of grasps."""
 
 
 class NetworkError(TorcError):
     """The server of a network is absent, slow or broken, or its answer cannot be used; never a failed pick.
 
     Attributes:
-        address: where it was asked.
-        action: what it was asked for.
+        address: of the server.
+        action: the request.
     """
 
     def __init__(self, address: str, action: str, why: str, remedy: str) -> None:
@@ -89,8 +92,9 @@ class NetworkError(TorcError):
 
 
 class PickHaltedError(TorcError):
-    """A robot was stopped within a pick, by itself, by torc or by a person. The pick has no result; the episode can go
-    on once a person has looked after the robot.
+    """A robot was stopped within a pick, by itself, by torc or by a person.
+
+    The pick has no result; the episode can continue once a person has checked the robot.
     """
 
 

@@ -1,4 +1,4 @@
-"""Signals that ask a program to end: Ctrl-C, and what a closed terminal or an init system sends."""
+"""Signals that ask a program to end: Ctrl-C, and those of a closed terminal or an init system."""
 
 import os
 import signal
@@ -14,10 +14,10 @@ _NAMES = ("SIGINT", "SIGTERM", "SIGHUP")
 
 @contextmanager
 def ended_like_ctrl_c() -> Iterator[None]:
-    """Within this, SIGTERM and SIGHUP raise KeyboardInterrupt as Ctrl-C does, and Ctrl-C does so even where a parent
-    ignores it, as under nohup or in the background of a script. A SIGHUP that is ignored stays so: nohup asks for that.
+    """Make SIGTERM and SIGHUP raise KeyboardInterrupt like Ctrl-C inside the block.
 
-    Does nothing outside the main thread.
+    Ctrl-C does so even if a parent process ignores it, as under nohup or in the background of a script. An ignored
+    SIGHUP stays ignored: nohup asks for that. Does nothing outside the main thread.
     """
     before = _set(lambda name, was: not (name == "SIGHUP" and was is signal.SIG_IGN), _interrupt)
     try:
@@ -28,7 +28,7 @@ def ended_like_ctrl_c() -> Iterator[None]:
 
 @contextmanager
 def interrupts_held() -> Iterator[None]:
-    """Within this, which must be short, such signals wait; the first of them comes through at its end."""
+    """Hold such signals back during the block, which must be short; the first of them is delivered at its end."""
     waiting: list[int] = []
     before = _set(lambda name, was: callable(was), lambda number, frame: waiting.append(number))
     try:
@@ -41,7 +41,7 @@ def interrupts_held() -> Iterator[None]:
 
 def _interrupt(number: int, frame: FrameType | None) -> None:
     if number == getattr(signal, "SIGHUP", None):
-        # The terminal is gone: whatever is printed from now on would fail.
+        # The terminal is gone: anything printed from now on would fail.
         for stream in (sys.stdout, sys.stderr):
             with suppress(OSError, ValueError, AttributeError):
                 os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
@@ -49,7 +49,7 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
 
 
 def _set(wanted: Any, handler: Any) -> dict[int, Any]:
-    """Sets a handler for those signals for which `wanted(name, handler now)`; the handlers before."""
+    """Set a handler for the signals for which `wanted(name, handler now)` is true; return the old handlers."""
     before: dict[int, Any] = {}
     if threading.current_thread() is not threading.main_thread():
         return before
@@ -58,7 +58,7 @@ def _set(wanted: Any, handler: Any) -> dict[int, Any]:
         was = None if number is None else signal.getsignal(number)
         if (
             number is not None and was is not None and wanted(name, was)
-        ):  # None: set by other than Python code
+        ):  # None: set by code other than Python
             before[number] = signal.signal(number, handler)
     return before
 

@@ -21,10 +21,10 @@ _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NU
 
 @contextmanager
 def one_thread_each() -> Iterator[None]:
-    """An environment in which the processes that are started use one thread each.
+    """Provide an environment in which child processes use one thread each.
 
     They share the cores: threads of the linear algebra would only wait for each other, which costs a third of the time.
-    And sums are the same however many cores there are. The libraries read the environment when they are loaded.
+    Sums also no longer depend on the number of cores. The libraries read the environment when they are loaded.
     """
     before = {name: os.environ.pop(name) for name in _ONE_THREAD if name in os.environ}
     os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))
@@ -38,7 +38,7 @@ def one_thread_each() -> Iterator[None]:
 
 @contextmanager
 def open_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
-    """Processes of one thread each, which end with this one, even killed.
+    """Provide processes of one thread each, which end with this one, even if it is killed.
 
     Raises:
         TorcError: one of them was ended from outside.
@@ -55,7 +55,7 @@ def open_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
 
 
 def end_with(parent: int) -> None:
-    """End this process when its parent, of that id, is gone, even killed: nobody would take its answers."""
+    """End this process when its parent, of that id, is gone, even killed: nobody would read its answers."""
     if sys.platform == "linux":
         with contextlib.suppress(OSError, AttributeError):
             ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
@@ -63,7 +63,7 @@ def end_with(parent: int) -> None:
 
 
 def _watch(parent: int) -> None:
-    # Where the system has no signal for it, or the parent was gone before it was asked for.
+    # For systems without a signal for it, and parents that were gone before it was requested.
     while os.getppid() == parent:
         time.sleep(1.0)
     os._exit(1)

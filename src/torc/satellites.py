@@ -1,7 +1,7 @@
-"""The packages beside torc in its repository: which commands and parts each brings, and how to get it.
+"""The packages beside torc in its repository: their commands and parts, and how to get them.
 
-They register what they bring by entry points, as any package can, and nothing here imports them. The table is for
-messages and documentation alone.
+They register these by entry points, like any package, and nothing here imports them. The table serves only messages and
+documentation.
 """
 
 from collections.abc import Mapping

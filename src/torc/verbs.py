@@ -1,6 +1,6 @@
 """The three verbs of the Python interface: step through an episode, play a trial, compare planners.
 
-Everything runs in the simulator and, unless told where to, writes no files.
+Everything runs in the simulator and writes no files, except to a given `out`.
 """
 
 import sys
@@ -41,7 +41,7 @@ from torc.task_planning.protocol import TaskPlanner
 from torc.vlm.config import VlmConfig, parse_vlm
 
 Planner = str | TaskPlanner | Callable[[], TaskPlanner]
-"""A planner's name ("dg-select", "module:Class", "file.py:Class"), a planner, or what makes one, e.g. its class."""
+"""A planner's name ("dg-select", "module:Class", "file.py:Class"), a planner, or a factory, e.g. its class."""
 
 
 def _to_stderr(text: str) -> None:
@@ -73,7 +73,7 @@ class Episode:
 
         Args:
             problem: name of a shipped problem (`torc.problem_names()`), or path of a problem file.
-            seed: decides all random draws: grasps, motions, and noise if asked for.
+            seed: decides all random draws: grasps, motions, and noise if enabled.
             say: called with a line of text before something that takes long (default: standard error).
             conditions: fields of `torc.Conditions`, e.g. max_picks=10, perception="embedded", noise=True.
 
@@ -99,10 +99,10 @@ class Episode:
         )
 
     def look(self) -> PlanningContext | None:
-        """Return what a task planner would be given before the next pick; None once the episode is over.
+        """Return the context that a task planner would receive before the next pick; None once the episode is over.
 
-        Between two picks the answer stays. `context.scene.observation.rgb` is the picture, `context.graspable_ids`
-        are the objects that can be picked, and `context.p` says how probably their best grasps succeed.
+        It is unchanged between two picks. `context.scene.observation.rgb` is the picture, `context.graspable_ids` are
+        the objects that can be picked, and `context.p` says how probably their best grasps succeed.
 
         Raises:
             TorcError: a part failed.
@@ -130,16 +130,16 @@ class Episode:
 
     @property
     def outcomes(self) -> tuple[PickOutcome, ...]:
-        """What came of each pick so far."""
+        """The outcomes of the picks so far."""
         return self._episode.state.outcomes
 
     @property
     def log(self) -> tuple[EventLine, ...]:
-        """Everything that happened so far, as `events.jsonl` of a trial holds it."""
+        """Everything that happened so far: the lines of a trial's `events.jsonl`."""
         return tuple(self._log.lines)
 
     def pick(self, object_id: int | None, reason: str = "") -> PickOutcome:
-        """Pick an object, as `look` numbers it, and return what came of it.
+        """Pick an object, by its id in `look`, and return the outcome.
 
         An object that is not in sight or has no valid grasp, and None, are lost picks: they count. The outcome is the
         simulator's truth; `outcome.as_felt` is what a robot would know.
@@ -238,8 +238,8 @@ def bench(
         repeats: seeds 0, 1, ... for each planner and problem.
         workers: processes. With 1 everything runs in this process. Other processes import planners by name, so that
             with more than one a class has to be in a module or file, not in a notebook.
-        out: directory for all trials, as `torc bench` writes it: played again, it goes on where it was. None keeps
-            only the table.
+        out: directory for all trials, as `torc bench` writes it: a repeated call continues it. None keeps only the
+            table.
         vlm: the model that planners ask, if they ask any.
         conditions: fields of `torc.Conditions`.
 
@@ -296,7 +296,7 @@ def _conditions(given: dict[str, Any]) -> Conditions:
 def _planner(
     planner: Planner, vlm: str | VlmConfig | None
 ) -> tuple[PlannerSpec, Callable[[], TaskPlanner] | None]:
-    """What is recorded of a planner, and what makes it if it has no name to make it by."""
+    """Return a planner's spec for the record, and a factory if a name does not suffice to make it."""
     config = VlmConfig(*parse_vlm(vlm)) if isinstance(vlm, str) else vlm
     if isinstance(planner, str):
         return PlannerSpec(planner, config), None
@@ -313,7 +313,7 @@ def _planner(
 
 
 def _importable(planner: Planner) -> str:
-    """The name by which another process finds a planner."""
+    """Return the name by which another process finds a planner."""
     if isinstance(planner, str):
         return planner
     module = sys.modules.get(getattr(planner, "__module__", ""))

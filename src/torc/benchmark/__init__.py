@@ -1,1 +1,1 @@
-"""Many trials: what is played (spec), by whom (runner, local pool), where it lies (store), what it says (report)."""
+"""Many trials: what is played (spec), by whom (runner, local pool), where it is kept (store), and the report."""

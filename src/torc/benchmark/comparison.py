@@ -1,4 +1,4 @@
-"""Planners against each other on the same problem and seed."""
+"""Compare planners on the same problem and seed."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -10,19 +10,19 @@ from torc.benchmark.intervals import Estimate, Sums, by_problem, difference
 from torc.benchmark.rows import Table, TrialRow
 
 ALPHA = 0.05
-"""A corrected p below it is called a difference."""
+"""A corrected p below this is called a difference."""
 _EXACT_UP_TO = 14
-"""Problems for which all 2^n assignments of signs are gone through."""
+"""Up to this many problems, all 2^n assignments of signs are tried."""
 _DRAWS = 20_000
 _LEAST_P = 1 / (_DRAWS + 1)
-"""What random signs give where none of them makes a difference as large: the truth may be far less."""
+"""The p-value if no random signs make a difference as large: the true one may be far less."""
 
 
 @dataclass(frozen=True)
 class Comparison:
     """Two planners, by label, on the problems and seeds that both completed, `first` minus `second`.
 
-    `p_cost` is the probability of a difference of cost as large as this one if the planners were the same.
+    `p_cost` is the probability of a difference of cost as large as this one between equal planners.
     """
 
     first: str
@@ -34,12 +34,12 @@ class Comparison:
     p_cost: float
 
     def p_text(self, p: float) -> str:
-        """The p-value of cost, as corrected; "<" where no random signs made a difference as large."""
+        """Return the p-value of cost, as corrected; "<" if no random signs made a difference as large."""
         return ("< " if self.p_cost <= _LEAST_P * (1 + 1e-9) else "") + f"{p:.2g}"
 
 
 def compare(table: Table, first: str, second: str) -> Comparison:
-    """Two planners; nothing but NaN where they share no trial."""
+    """Compare two planners; all values are NaN if they share no trial."""
     ours = {(r.problem, r.seed): r for r in table.completed(first)}
     theirs = {(r.problem, r.seed): r for r in table.completed(second)}
     shared = sorted(ours.keys() & theirs.keys())
@@ -55,7 +55,8 @@ def compare(table: Table, first: str, second: str) -> Comparison:
 
 
 def sign_flip_p(sums: Sums) -> float:
-    """Two-sided permutation test: under no difference, each problem's sum could as well have the other sign.
+    """Return the p-value of a two-sided permutation test: without a difference, each problem's sum could change its
+    sign.
 
     Exact for few problems, else from a fixed set of random signs. NaN without problems.
     """
@@ -72,7 +73,7 @@ def sign_flip_p(sums: Sums) -> float:
 
 
 def holm(p_values: Sequence[float]) -> list[float]:
-    """P-values corrected for their number (S. Holm, 1979); NaNs stay and do not count."""
+    """Return p-values corrected for their number (S. Holm, 1979); NaNs are unchanged and do not count."""
     known = [i for i, p in enumerate(p_values) if np.isfinite(p)]
     corrected, largest = list(p_values), 0.0
     for rank, i in enumerate(sorted(known, key=lambda i: p_values[i])):

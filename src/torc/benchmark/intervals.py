@@ -1,9 +1,8 @@
-"""95 % intervals for trials that come in problems: trials of one problem are alike, and problems are the sample.
+"""95 % intervals for trials that come in problems: trials of one problem are alike, so problems are the sample.
 
 All are built on the linearised variance of a ratio of sums over problems, with Student's t for the number of problems.
-The percentile bootstrap over problems, which is usual here, contains the truth in 86-94 % of the cases with 10 to 40
-problems, and in fewer for shares near 1; these contain it in 93-97 % (tests/benchmark/test_coverage.py,
-docs/benchmarking.md).
+The usual percentile bootstrap over problems contains the truth in 86-94 % of the cases with 10 to 40 problems, and in
+fewer for shares near 1; these intervals contain it in 93-97 % (tests/benchmark/test_coverage.py, docs/benchmarking.md).
 """
 
 from collections.abc import Sequence
@@ -18,7 +17,7 @@ from scipy.stats import t as student
 LEVEL = 0.95
 _NORMAL = 1.959963984540054
 _MAX_CUTS = 400
-"""Distinct values at which a median is looked for."""
+"""Most distinct values at which a median is searched."""
 
 Sums = Real[np.ndarray, "problems"]
 
@@ -28,9 +27,10 @@ class Estimate:
     """A number with its 95 % interval.
 
     Attributes:
-        value: NaN where there is nothing to count.
-        low, high: the interval; infinite or the whole range where too few problems tell nothing.
-        count: trials, picks or grasps behind it, from so many `problems`.
+        value: NaN if there is nothing to count.
+        low, high: the interval; infinite or the whole range if there are too few problems.
+        count: trials, picks or grasps behind it.
+        problems: problems behind it.
     """
 
     value: float
@@ -40,7 +40,7 @@ class Estimate:
     problems: int
 
     def text(self, digits: int | None = 2) -> str:
-        """For tables: "0.83 [0.78, 0.87]"; empty where there is nothing. None for two significant digits."""
+        """Return text for tables: "0.83 [0.78, 0.87]"; empty without a value. None for two significant digits."""
         if not np.isfinite(self.value):
             return ""
 
@@ -57,18 +57,18 @@ NOTHING = Estimate(float("nan"), float("nan"), float("nan"), 0, 0)
 
 
 def by_problem(problems: Sequence[str], *columns: Sequence[float]) -> tuple[Sums, ...]:
-    """Sums of columns over the rows of each problem, problems in alphabetical order."""
+    """Sum columns over the rows of each problem, problems in alphabetical order."""
     names, index = np.unique(np.asarray(problems, dtype=object).astype(str), return_inverse=True)
-    # Of nothing, NumPy counts in whole numbers.
+    # For empty input NumPy counts in whole numbers.
     return tuple(np.bincount(index, np.asarray(c, float), len(names)).astype(float) for c in columns)
 
 
 def share(hits: Sums, totals: Sums) -> Estimate:
-    """A share: Wilson's interval for the effective number of trials, with Student's t for the problems.
+    """Estimate a share: Wilson's interval for the effective number of trials, with Student's t for the problems.
 
     (The modified Wilson interval for complex surveys of N. Dean and M. Pagano, Evaluating confidence interval methods
-    for binomial proportions in clustered surveys, 2015.) Where all trials went alike their likeness within problems is
-    unknown: then each problem counts as one trial.
+    for binomial proportions in clustered surveys, 2015.) If all trials ended alike, their likeness within problems is
+    unknown: each problem then counts as one trial.
     """
     hits, totals = _counted(hits, totals)
     if not len(totals):
@@ -84,11 +84,11 @@ def share(hits: Sums, totals: Sums) -> Estimate:
 
 
 def mean(sums: Sums, totals: Sums, largest: float = np.inf) -> Estimate:
-    """A mean of numbers that are not negative and may be skewed, as drops and picks are.
+    """Estimate a mean of numbers that are not negative and may be skewed, such as drops and picks.
 
-    Student's t after the transformation that takes out the skewness (P. Hall, On the removal of skewness by
-    transformation, 1992). Where all problems are the same, those that were not played may still differ: as many as
-    may have been missed by chance. A trial can have at most `largest`.
+    Student's t after the transformation that removes the skewness (P. Hall, On the removal of skewness by
+    transformation, 1992). If all problems are equal, others may still differ: as many as may have been missed by
+    chance. `largest` is the largest number of a trial.
     """
     sums, totals = _counted(sums, totals)
     if not len(totals):
@@ -108,10 +108,10 @@ def mean(sums: Sums, totals: Sums, largest: float = np.inf) -> Estimate:
 
 
 def difference(sums: Sums, totals: Sums, largest: float = np.inf) -> Estimate:
-    """A mean of paired differences, of either sign: Student's t.
+    """Estimate a mean of paired differences, of either sign: Student's t.
 
-    Where no problem shows any difference, there may be some in those that were not played: as many as may have been
-    missed by chance, each as large as a difference can be (`largest`).
+    If no problem shows any difference, others may: as many as may have been missed by chance, each as large as a
+    difference can be (`largest`).
     """
     sums, totals = _counted(sums, totals)
     if not len(totals):
@@ -124,7 +124,7 @@ def difference(sums: Sums, totals: Sums, largest: float = np.inf) -> Estimate:
 
 
 def median(problems: Sequence[str], values: Sequence[float]) -> Estimate:
-    """A median: the values for which the share of trials not above them may be a half (R. Woodruff, 1952)."""
+    """Estimate a median: the values for which the share of trials not above them may be a half (R. Woodruff, 1952)."""
     if not len(values):
         return NOTHING
     numbers = np.asarray(values, dtype=float)
@@ -140,7 +140,7 @@ def median(problems: Sequence[str], values: Sequence[float]) -> Estimate:
 
 
 def ratio(sums: Sums, totals: Sums) -> tuple[float, float]:
-    """A ratio of sums over problems and its standard error, linearised; infinite for a single problem."""
+    """Return a ratio of sums over problems and its linearised standard error; infinite for a single problem."""
     value, n = float(sums.sum() / totals.sum()), len(totals)
     if n < 2:
         return value, np.inf
@@ -149,18 +149,18 @@ def ratio(sums: Sums, totals: Sums) -> tuple[float, float]:
 
 
 def _missed(problems: int) -> float:
-    """The largest share of problems that differ from all the others without one of them having been met by chance."""
+    """Return the largest share of deviating problems that chance may have missed altogether."""
     return float(1 - ((1 - LEVEL) / 2) ** (1 / problems))
 
 
 def _unskewed(quantile: float, skewness: float, problems: int) -> float:
-    """Quantile of (estimate - truth) / error for data of that skewness: the inverse of Hall's cubic transformation."""
+    """Return the quantile of (estimate - truth) / error for that skewness: inverts Hall's cubic transformation."""
     a, shifted = skewness / (3 * sqrt(problems)), quantile - skewness / (6 * sqrt(problems))
     return float(np.cbrt(1 + 3 * a * shifted) - 1) / a if abs(a) > 1e-9 else shifted
 
 
 def wilson(p: float, trials: float, quantile: float) -> tuple[float, float]:
-    """Wilson's score interval of a share of independent trials, whose number need not be whole."""
+    """Return Wilson's score interval of a share of independent trials, whose number need not be whole."""
     z2 = quantile**2
     middle = (p + z2 / (2 * trials)) / (1 + z2 / trials)
     half = quantile / (1 + z2 / trials) * sqrt(p * (1 - p) / trials + z2 / (4 * trials**2))
@@ -172,6 +172,6 @@ def _quantile(problems: int) -> float:
 
 
 def _counted(sums: Sums, totals: Sums) -> tuple[Sums, Sums]:
-    """Without the problems in which there was nothing to count."""
+    """Leave out the problems without anything to count."""
     some = totals > 0
     return sums[some], totals[some]

@@ -1,4 +1,4 @@
-"""Tasks over processes. A crash, a hang or too much memory ends one process, which is replaced."""
+"""Run tasks in several processes. A crash, a hang or too much memory ends one process, which is replaced."""
 
 import contextlib
 import faulthandler
@@ -22,7 +22,7 @@ from torc.errors import TorcError
 from torc.processes import end_with, one_thread_each
 
 _TASKS_PER_PROCESS = 100
-"""A process is replaced after so many, so that what libraries leak does not add up."""
+"""A process is replaced after this many, so that leaks of libraries do not add up."""
 _STARTS = 4
 """How often the pool may break down without any task having ended in between."""
 
@@ -33,7 +33,7 @@ Work = Callable[[Any], Any]
 
 @dataclass(frozen=True)
 class Task:
-    """One call of a `Work`: `log` takes what it prints, and where it was when it crashed or hung."""
+    """One call of a `Work`. `log` receives what it prints, and where it was when it crashed or hung."""
 
     key: str
     argument: Any
@@ -59,30 +59,30 @@ class Failure:
 
 @dataclass(frozen=True)
 class Ending:
-    """A task has ended: with what the work returned, or a Failure."""
+    """The end of a task: what the work returned, or a Failure."""
 
     key: str
     outcome: Any
 
     @property
     def failure(self) -> Failure | None:
-        """Why there is no answer; None where there is one."""
+        """Why there is no answer; None if there is one."""
         return self.outcome if isinstance(self.outcome, Failure) else None
 
 
 class Backend(Protocol):
-    """Carries out tasks, several at a time. A failing task costs nothing but itself."""
+    """Runs tasks, several at a time. A failing task affects no other."""
 
     def run(self, work: Work, tasks: Iterable[Task]) -> Iterator[Ending]:
-        """An ending per task, as they end. When the caller stops asking, what still runs is stopped."""
+        """Yield an ending per task, as they end. If the caller stops iterating, running tasks are stopped."""
         ...
 
 
 class ThisProcess:
-    """A `Backend` that carries out one task after another in this process."""
+    """A `Backend` that runs one task after another in this process."""
 
     def run(self, work: Work, tasks: Iterable[Task]) -> Iterator[Ending]:
-        """An ending per task, in order. Raises whatever a task raises."""
+        """Yield an ending per task, in order. Raises whatever a task raises."""
         for task in tasks:
             task.log.parent.mkdir(parents=True, exist_ok=True)
             yield Ending(task.key, work(task.argument))
@@ -106,7 +106,7 @@ class LocalPool:
         self._pool: ProcessPool | None = None
 
     def run(self, work: Work, tasks: Iterable[Task]) -> Iterator[Ending]:
-        """An ending per task, as they end. Raises TorcError: processes end as soon as they start."""
+        """Yield an ending per task, as they end. Raises TorcError if processes end as soon as they start."""
         left, starts, limit_s = {task.key: task for task in tasks}, 0, self.config.limit_s
         while left:
             starts += 1
@@ -149,7 +149,7 @@ class LocalPool:
         return pool
 
     def _outcome(self, future: Future[Any]) -> Any:
-        """What the work returned, or a Failure. Raises BrokenProcessPool."""
+        """Return what the work returned, or a Failure. Raises BrokenProcessPool."""
         error = future.exception()
         match error:
             case None:
@@ -170,7 +170,7 @@ def _death(code: int) -> str:
 
 
 def _set_up(memory_bytes: int | None, parent: int) -> None:
-    """Called once in every worker: a bound on the address space, and no life without the parent process."""
+    """Bound the address space of a worker, and end it with the parent process. Called once in every worker."""
     end_with(parent)
     if memory_bytes is None:
         return
@@ -183,17 +183,17 @@ def _set_up(memory_bytes: int | None, parent: int) -> None:
 
 
 def _carry_out(work: Work, argument: Any, log: Path, limit_s: float) -> Any:
-    """The answer of the work, or the Failure of what it raised: strangers' exceptions may not survive the way back.
+    """Return the work's answer, or a Failure if it raised: user-defined exceptions may not survive pickling.
 
-    All that it prints, natively too, goes to the log, and so do the tracebacks of crashes.
+    Everything it prints, also from native code, goes to the log, and so do the tracebacks of crashes.
     """
     with _output_to(log):
         faulthandler.enable()
-        # Shortly before the pool ends a process that hangs: the log tells where it hung.
+        # Shortly before the pool ends a process that hangs: the log shows where it hung.
         faulthandler.dump_traceback_later(max(0.5 * limit_s, limit_s - 5.0))
         try:
             return work(argument)
-        except (Exception, SystemExit) as error:  # somebody's code: anything may come
+        except (Exception, SystemExit) as error:  # user-defined code may raise anything
             traceback.print_exc()
             if isinstance(error, MemoryError):
                 return Failure(FailureKind.MEMORY, "It asked for more memory than it may have.")
@@ -205,11 +205,11 @@ def _carry_out(work: Work, argument: Any, log: Path, limit_s: float) -> Any:
 
 @contextlib.contextmanager
 def _output_to(path: Path) -> Iterator[None]:
-    """Standard output and errors of the process into a file."""
+    """Redirect standard output and errors of the process into a file."""
     path.parent.mkdir(parents=True, exist_ok=True)
     kept = os.dup(1), os.dup(2)
     if isinstance(sys.stdout, io.TextIOWrapper):
-        # Python keeps back what is not printed to a terminal: a crash would swallow it.
+        # Python buffers what is not printed to a terminal: a crash would lose it.
         sys.stdout.reconfigure(line_buffering=True)
     with open(path, "ab", buffering=0) as log:
         for number in (1, 2):

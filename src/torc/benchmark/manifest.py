@@ -1,4 +1,4 @@
-"""manifest.json of a store: what each call of `torc bench` ran on: versions, commit, machine."""
+"""manifest.json of a store: versions, commit and machine of each call of `torc bench`."""
 
 import json
 import os
@@ -20,7 +20,7 @@ _MANIFEST, _GIT_PATIENCE_S = "manifest.json", 10
 
 
 def begin_call(root: Path, **facts: Any) -> None:
-    """Write down that a call begins in the store `root`."""
+    """Record that a call begins in the store `root`."""
     call = {
         "started": _now(),
         "command": ["torc", *sys.argv[1:]],
@@ -32,7 +32,7 @@ def begin_call(root: Path, **facts: Any) -> None:
 
 
 def end_call(root: Path, **facts: Any) -> None:
-    """Write down how the latest call ended."""
+    """Record how the latest call ended."""
     *before, last = calls(root)
     write_json(
         root / _MANIFEST, {"format": MANIFEST_FORMAT, "calls": [*before, last | {"ended": _now()} | facts]}
@@ -40,7 +40,7 @@ def end_call(root: Path, **facts: Any) -> None:
 
 
 def calls(root: Path) -> list[dict[str, Any]]:
-    """What was written down; nothing where there is no manifest. Raises InputError."""
+    """Return the recorded calls; none without a manifest. Raises InputError."""
     path = root / _MANIFEST
     try:
         return list(json.loads(read_text(path))["calls"]) if path.is_file() else []
@@ -49,7 +49,9 @@ def calls(root: Path) -> list[dict[str, Any]]:
 
 
 def _commit(directory: Path) -> dict[str, Any] | None:
-    """Commit of the checkout that holds a directory, and whether files differ from it; None if there is none."""
+    """Return the commit of the checkout that holds a directory, and whether files differ from it; None if there is
+    none.
+    """
 
     def git(*arguments: str) -> str:
         command = ["git", "-C", str(directory), *arguments]

@@ -1,4 +1,4 @@
-"""What is measured of a planner's completed trials, each with its interval."""
+"""The measures of a planner's completed trials, each with its interval."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -30,7 +30,7 @@ def _share(predicate: Callable[[TrialRow], bool]) -> Callable[[Rows], Estimate]:
 
 
 def _mean(value: Callable[[TrialRow], float]) -> Callable[[Rows], Estimate]:
-    """Of a number that the budget of picks bounds."""
+    """Return the measure of a mean that the budget of picks bounds."""
     return lambda rows: mean(*_sums(rows, value), max((r.max_picks for r in rows), default=inf))
 
 
@@ -45,7 +45,7 @@ def _median_of_picks(
 
 
 def _share_of_grasps(good: Callable[[PickRow], bool], unseen: bool = False) -> Callable[[Rows], Estimate]:
-    """Of the grasps that were carried out; `unseen`: of kinds of objects that the grasp model was not trained on."""
+    """Return the measure of a share of the executed grasps; `unseen`: only kinds outside the grasp model's training."""
 
     def of(rows: Rows) -> Estimate:
         tried = [

@@ -1,10 +1,10 @@
-"""What the paper measured: its figures 9 and 10 in simulation, 11 and 12 on a robot, as data, beside which ours are
-shown.
+"""The paper's measurements as data: its figures 9 and 10 in simulation, 11 and 12 on a robot. Ours are shown beside
+them.
 
 Source: "Are VLMs Effective Task Planners for Robotic Object Retrieval in Clutter?", figures 9 and 10, and the per-trial
 tables that the authors' experiment software wrote: 40 problems, 10 trials each (HUMAN 5), at most 15 picks, VLM Gemini
 Robotics-ER 1.5. Their problems, grasp planner and simulation differ from those that come with torc, so the values show
-how the methods compare there; they are no target.
+how the methods compare there; they are not a target.
 
 On the robot: the bars of figure 11, left; 3 scenes, 3 trials of each method in each. The paper draws picks, drops and
 computing times of these trials, but gives no numbers; RANDOM was not played. Its robot is a Yaskawa sda10f with a
@@ -20,7 +20,7 @@ from importlib.resources import files
 _TITLE = "Are VLMs Effective Task Planners for Robotic Object Retrieval in Clutter?"
 CITATION, REAL_CITATION = f"{_TITLE}, figures 9 and 10", f"{_TITLE}, figure 11"
 REAL_SCENES, REAL_TRIALS = 3, 9
-"""On the robot: scenes, and trials of each method in all."""
+"""On the robot: scenes, and trials of each method in total."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ METHODS = {
 
 
 def _on_robot(retrieved: int, drop_free: int) -> PaperMethod:
-    # At least six of nine trials had no drop, so that the median is 0.
+    # At least six of nine trials had no drop, so the median is 0.
     return PaperMethod(retrieved / REAL_TRIALS, drop_free / REAL_TRIALS, None, 0, None)
 
 
@@ -59,23 +59,23 @@ REAL_METHODS = {
     "vlm-grasps": _on_robot(9, 9),
     "human": _on_robot(9, 9),
 }
-"""The same on the robot."""
+"""The methods on the robot, by the name of torc's planner."""
 
 
 def paper_method(label: str, real: bool = False) -> PaperMethod | None:
-    """The paper's method that a planner's label stands for, in simulation or on the robot; None for other planners."""
+    """Return the paper's method for a planner's label, in simulation or on the robot; None for other planners."""
     return (REAL_METHODS if real else METHODS).get(method_name(label))
 
 
 def paper_success(problem: str, label: str) -> float | None:
-    """The paper's success rate on a problem that was imported from GraspClutter6D; None for other problems."""
+    """Return the paper's success rate on a problem imported from GraspClutter6D; None for other problems."""
     found, name = re.fullmatch(r"gc6d-(\d+)-(obj_\d+_\d+)", problem), method_name(label)
     row = _per_problem().get((int(found[1]), found[2])) if found and name in METHODS else None
     return None if row is None else float(row[f"{name}_success"])
 
 
 def method_name(label: str) -> str:
-    """A planner's name by its label: without model or expert."""
+    """Return a planner's name from its label, without model or expert."""
     return re.split(r"[\[ ]", label, maxsplit=1)[0]
 
 

@@ -1,4 +1,4 @@
-"""Plays what is missing or errored in a store: each trial in a worker process."""
+"""Play what is missing or errored in a store, each trial in a worker process."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ from torc.vlm.cache import CacheConfig
 
 @dataclass(frozen=True)
 class Order:
-    """What a worker is told: `problem` is a name or path, `work` the directory to play in."""
+    """A worker's order: `problem` is a name or path, `work` the directory to play in."""
 
     trial: PlannedTrial
     problem: str
@@ -29,7 +29,7 @@ class Order:
 
 
 Listener = Callable[[PlannedTrial, TrialResult], Any]
-"""Takes a trial that has ended, and its result."""
+"""Receives a trial that has ended, and its result."""
 
 
 def run_missing(
@@ -42,10 +42,17 @@ def run_missing(
     listener: Listener = lambda trial, result: None,
     work: Work | None = None,
 ) -> int:
-    """Play what is missing or errored in a store that the caller has locked, at most `limit`; how many were errored.
+    """Play what is missing or errored in a store that the caller has locked; return how many trials were errored.
 
-    Whenever this is stopped, even killed, the store holds whole trials only, and calling it again goes on. `work` plays
-    an `Order`, in a process of the backend's: `play` if not given.
+    Whenever this is stopped, even killed, the store holds only whole trials, and the next call continues.
+
+    Args:
+        store, spec: the store and its trials.
+        backend: runs the trials.
+        limit: most trials to play.
+        vlm_cache: where replies are kept.
+        listener: called with each trial that has ended.
+        work: plays an `Order` in a process of the backend; `play` by default.
     """
     orders = {
         trial.id: Order(trial, store.problem_path(trial.problem), store.work(trial), vlm_cache)
@@ -62,9 +69,9 @@ def run_missing(
 
 
 def changed_part(trial: PlannedTrial) -> str | None:
-    """What is not as it was when the trial was planned, e.g. "planner 'mine:Mine'"; None if everything is.
+    """Name a part that has changed since the trial was planned, e.g. "planner 'mine:Mine'"; None if none has.
 
-    Raises InputError: a part is missing.
+    Raises InputError if a part is missing.
     """
     planner, around = trial.planner, trial.around
     if planner.source and part_source(load_planner(planner.spec.name)) != planner.source:
@@ -75,9 +82,9 @@ def changed_part(trial: PlannedTrial) -> str | None:
 
 
 def play(order: Order) -> None:
-    """Play a trial; it is in the work directory then.
+    """Play a trial into its work directory.
 
-    Raises as `run_trial`, and InputError where it would not be the trial that was planned.
+    Raises what `run_trial` raises, and InputError if it would not be the planned trial.
     """
     problem, what = order.trial.problem, ""
     if changed := changed_part(order.trial):

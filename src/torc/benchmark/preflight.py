@@ -1,4 +1,4 @@
-"""Before the first trial: what can be found wrong at once is said at once, and stops nothing later."""
+"""Check everything before the first trial, so that faults are reported at once and stop nothing later."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -23,7 +23,7 @@ from torc.vlm.simulated.situation import Situation
 
 
 def find_problems(selection: str) -> dict[BenchProblem, Problem]:
-    """The problems that a user means, in order. Raises InputError, also where two have the same name."""
+    """Return the problems that a user selected, in order. Raises InputError, also if two have the same name."""
     found: dict[BenchProblem, Problem] = {}
     files: dict[str, str] = {}
     for name in select_problems(selection):
@@ -45,23 +45,28 @@ def find_problems(selection: str) -> dict[BenchProblem, Problem]:
 
 
 def split_vlm(text: str) -> tuple[str, str | None]:
-    """A planner's name, and the VLM that a user named behind it, as in "vlm-select:simulated:0.9"."""
+    """Split "vlm-select:simulated:0.9" into a planner's name and the VLM that the user named behind it."""
     name, colon, vlm = text.partition(":")
     return (name, vlm) if colon and name in part_paths(TASK_PLANNERS) else (text, None)
 
 
 def find_around(conditions: Conditions) -> Around:
-    """The conditions with the fingerprints of the user's own parts. Raises InputError: a part cannot be used."""
+    """Return the conditions with fingerprints of user-defined parts. Raises InputError if a part cannot be used."""
     with _explained("The parts around the planners"):
         build_system(conditions)
         return Around(conditions, sources(conditions))
 
 
 def find_planner(spec: PlannerSpec, vlm_cache: CacheConfig | None, own_vlm: bool) -> BenchPlanner:
-    """A planner, made once to see whether that works; its VLM is given to it if it takes a `client`.
+    """Check a planner by making it once; the VLM is passed to it if it takes a `client`.
 
-    `own_vlm`: the VLM was named for this planner alone, so that it must ask one. Raises InputError: it is unknown, or
-    cannot be made (no key, missing options).
+    Args:
+        spec: the planner, its settings, and the VLM.
+        vlm_cache: where replies are kept.
+        own_vlm: the VLM was named for this planner alone, so that it must ask one.
+
+    Raises:
+        InputError: it is unknown, or cannot be made (no key, missing options).
     """
     name = spec.name
     with _explained(f"The planner '{name}'"):
@@ -82,7 +87,7 @@ def find_planner(spec: PlannerSpec, vlm_cache: CacheConfig | None, own_vlm: bool
 def under_variants(
     planners: Sequence[BenchPlanner], conditions: Conditions, variants: Sequence[Settings]
 ) -> list[BenchPlanner]:
-    """Every planner under every variant of the conditions; an empty one is no variant. Raises InputError."""
+    """Return every planner under every variant of the conditions; an empty one changes nothing. Raises InputError."""
     found = []
     for variant in variants:
         own = find_around(varied(conditions, variant)).sources if variant else {}
@@ -92,7 +97,7 @@ def under_variants(
 
 @contextmanager
 def _explained(what: str) -> Iterator[None]:
-    """Planners and other parts may be strangers' code: anything may come."""
+    """Turn any exception of user-defined parts into InputError."""
     try:
         yield
     except TorcError:
@@ -102,5 +107,5 @@ def _explained(what: str) -> Iterator[None]:
 
 
 def _not_asked() -> Situation:
-    """Stands in for a trial's truth while a simulated VLM is only made."""
+    """Stand in for a trial's truth while a simulated VLM is only made."""
     raise InputError("There is no trial yet to tell the truth of.")

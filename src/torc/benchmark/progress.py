@@ -1,4 +1,4 @@
-"""How a benchmark is getting on: a live line on a terminal, a line per trial elsewhere."""
+"""Progress of a benchmark: a live line on a terminal, a line per trial elsewhere."""
 
 import sys
 from collections import Counter
@@ -13,12 +13,12 @@ from torc.benchmark.spec import PlannedTrial
 from torc.episode.log import TrialResult
 
 _PACE_S = 3600.0
-"""The time that is left follows from the pace of the last hour."""
+"""The remaining time follows from the pace of the last hour."""
 
 
 @contextmanager
 def shown(total: int) -> Iterator[Listener]:
-    """A listener that shows progress on standard error while the context lasts."""
+    """Provide a listener that shows progress on standard error while the context lasts."""
     console, played, retrieved = Console(file=sys.stderr), Counter[str](), Counter[str]()
     so_far = TextColumn("retrieved: {task.description}", markup=False)
     columns = (MofNCompleteColumn(), BarColumn(24), TimeRemainingColumn(), so_far)

@@ -1,6 +1,6 @@
-"""Trials over the machines of a Ray cluster: each is played there as the local pool does it here, and comes back.
+"""Trials over the machines of a Ray cluster: each is played there as in the local pool, and sent back.
 
-Ray sends the user's own files along, as its working directory, and has another machine play what a lost one was at.
+Ray sends the user's files along, as its working directory, and repeats on another machine what a lost one was playing.
 Only this machine writes the store.
 """
 
@@ -36,21 +36,21 @@ from torc.vlm.cache import CacheMode
 from torc.workspace.workspace_files import workspace_names
 
 _OBJECTS, _PROBLEMS, _ROBOT, _WORKSPACE = "own-objects", "own-problems", "own-robot", "own-workspace.yaml"
-"""Below Ray's working directory, as CODE."""
+"""Folders below Ray's working directory, beside CODE."""
 _NOT_CODE = ("__pycache__", "node_modules", "site-packages")
 _RETRIES = 5
-"""How often a trial is played again when the machine or the process that was at it is lost."""
+"""How often a trial is repeated when its machine or process is lost."""
 _ANSWER_S = 5.0
-"""How long the head of a cluster may take to answer at all: Ray itself would try for minutes."""
+"""How long the head of a cluster may take to answer at all, seconds: Ray itself would try for minutes."""
 _STORE_BYTES = 256 * 2**20
-"""Ray's memory for trials on their way, of some megabytes each, on a cluster started here; more goes to its disk."""
+"""Ray's memory for trials in transit, some megabytes each, on a cluster started here; the rest goes to its disk."""
 
 
 class RayPool:
     """A `Backend` for tasks whose argument is an `Order`; made by `ray_pool`.
 
-    With 0 workers as many trials are played at the same time as there are CPUs. `there` says where the files of the
-    user's own robot and workspace lie on the other machines, by field.
+    With 0 workers as many trials are played at once as there are CPUs. `there` gives, by field, the paths of
+    user-defined robot and workspace files on the other machines.
     """
 
     def __init__(self, ray: ModuleType, limits: PoolConfig, there: Mapping[str, str]) -> None:
@@ -58,14 +58,14 @@ class RayPool:
         self._play = ray.remote(num_cpus=1, max_retries=_RETRIES)(play_remotely)
 
     def run(self, work: Work, tasks: Iterable[Task]) -> Iterator[Ending]:
-        """An ending per task, as they end; by then its order's directory is as if it had been played here.
+        """Yield an ending per task, as they end; its order's directory is then as if it had been played here.
 
-        Raises TorcError: a machine cannot play, or would play something else, or the cluster is lost as a whole.
+        Raises TorcError if a machine cannot play, or would play something else, or the whole cluster is lost.
         """
         left, running = deque(tasks), dict[Any, Task]()
         try:
             while left or running:
-                # As many again as can be played, so that no CPU waits for the next one.
+                # Twice as many as can be played, so that no CPU waits for the next one.
                 while left and len(running) < (self._limits.workers or 2 * max(1, self._cpus())):
                     task = left.popleft()
                     running[self._play.remote(*self._sent(work, task))] = task
@@ -76,7 +76,7 @@ class RayPool:
             raise TorcError(f"The Ray cluster is lost: {error}. {why}") from error
 
     def facts(self) -> dict[str, Any]:
-        """What the cluster is made of, for the manifest."""
+        """Describe the cluster for the manifest."""
         nodes = [n for n in self._ray.nodes() if n["Alive"]]
         machines = sorted({n["NodeManagerHostname"] for n in nodes})
         version = self._ray.__version__
@@ -86,7 +86,7 @@ class RayPool:
         return int(self._ray.cluster_resources().get("CPU", 0))
 
     def _sent(self, work: Work, task: Task) -> tuple[Any, ...]:
-        """What `play_remotely` takes, with the names that the user's own files have on the other machines."""
+        """Return the arguments of `play_remotely`, with the paths of the user's files on the other machines."""
         order: Order = task.argument
         trial, vlm_cache, shared = order.trial, order.vlm_cache, None
         if vlm_cache is not None and vlm_cache.mode is not CacheMode.OFF:
@@ -124,7 +124,7 @@ class RayPool:
 def ray_pool(
     address: str, limits: PoolConfig, spec: BenchSpec, problems: Mapping[str, Problem]
 ) -> Iterator[RayPool]:
-    """A pool, connected to Ray while the context lasts; at its end Ray ends what still runs.
+    """Provide a pool, connected to Ray while the context lasts; at its end Ray ends whatever still runs.
 
     `address` is "local" (starts a cluster of this machine), "auto" (the one that this machine belongs to) or HOST:PORT
     of a head. Raises MissingDependencyError; InputError: there is no such cluster, or not with this Ray and Python.
@@ -156,7 +156,7 @@ def ray_pool(
 
 
 def load_ray() -> ModuleType:
-    """The library, without its telemetry. Raises MissingDependencyError."""
+    """Return the library, without its telemetry. Raises MissingDependencyError."""
     os.environ["RAY_USAGE_STATS_ENABLED"] = "0"
     try:
         import ray
@@ -167,7 +167,7 @@ def load_ray() -> ModuleType:
 
 
 def _gather(spec: BenchSpec, problems: Mapping[str, Problem], own: Path) -> dict[str, str]:
-    """Copy the user's files that the trials need to a directory; where robot and workspace are below it."""
+    """Copy the user's files that the trials need to a directory; return where robot and workspace are in it."""
     for name in (_OBJECTS, _PROBLEMS):
         (own / name).mkdir()
     for problem in spec.problems:

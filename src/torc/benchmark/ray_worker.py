@@ -1,4 +1,4 @@
-"""What happens in a process of Ray's, on whatever machine: the local pool plays, and the files go back.
+"""Work in one of Ray's processes, on any machine: the local pool plays, and the files go back.
 
 Light to import: only the child process of the local pool loads what a trial needs.
 """
@@ -20,20 +20,23 @@ from torc.episode.versions import versions
 from torc.errors import InputError
 
 CODE = "own-code"
-"""Below Ray's working directory: Python files of the user's."""
+"""The user's Python files, below Ray's working directory."""
 
 
 def play_remotely(
     pickled: bytes, log: str, limits: PoolConfig, wanted: Mapping[str, str], cache: Path | None
 ) -> tuple[Any, dict[str, bytes]]:
-    """What the work returned or a Failure, and the files of the order's directory by their paths in it.
+    """Play an order here; return what the work returned or a Failure, and the files by their paths in its directory.
 
     Args:
         pickled: the work and its order: only the child process opens it.
+        log: path of the task's log.
+        limits: of the process.
         wanted: `torc_facts` of the machine that sends the trial.
-        cache: directory that has to be there: replies of a VLM.
+        cache: directory for replies of a VLM; it must exist.
 
-    Raises InputError: this machine would play something else.
+    Raises:
+        InputError: this machine would play something else.
     """
     host, here = socket.gethostname(), torc_facts()
     differ = [f"{k} is {here.get(k, 'missing')}, not {v}" for k, v in wanted.items() if here.get(k) != v]
@@ -50,7 +53,7 @@ def play_remotely(
     code = str(Path(CODE).absolute())
     if code not in sys.path:
         sys.path.append(code)  # the child process has the same
-    # In Ray's working directory: what a process that is killed leaves goes when Ray clears that up.
+    # In Ray's working directory: Ray cleans up there what a killed process leaves.
     with TemporaryDirectory(dir=".") as name:
         place = Path(name).absolute()
         (ending,) = _pool(limits).run(_play, [Task("", (pickled, place), place / log)])
@@ -60,7 +63,7 @@ def play_remotely(
 
 
 def _play(argument: tuple[bytes, Path]) -> Any:
-    """In the child process: the work's answer to its order, with this directory."""
+    """Run the work on its order, with this directory, in the child process."""
     pickled, place = argument
     work, order = pickle.loads(pickled)
     return work(replace(order, work=place))
@@ -68,7 +71,7 @@ def _play(argument: tuple[bytes, Path]) -> Any:
 
 @cache
 def torc_facts() -> dict[str, str]:
-    """Versions of what decides results, and torc's files: a version alone does not tell one checkout from another."""
+    """Return versions of what decides results, and the digest of torc's files, since checkouts may share a version."""
     root, digest = Path(torc.__file__).parent, hashlib.sha256()
     for path in sorted(root.rglob("*")):
         if path.is_file() and "__pycache__" not in path.parts:
@@ -79,5 +82,5 @@ def torc_facts() -> dict[str, str]:
 
 @cache
 def _pool(limits: PoolConfig) -> LocalPool:
-    """Its child process stays for the next trial, since loading what a trial needs takes seconds."""
+    """Keep the child process for the next trial, since loading what a trial needs takes seconds."""
     return LocalPool(limits, stay=True)

@@ -1,4 +1,4 @@
-"""From the trials below a directory to a table."""
+"""Read the trials below directories into a table."""
 
 import os
 import re
@@ -23,14 +23,15 @@ _MAX_CURRENCY, _MAX_DEPTH = 8, 6
 
 
 def read_tables(roots: Sequence[Path]) -> Table:
-    """All trials of several directories in one table, as if they had been played into one.
+    """Return all trials of several directories in one table, as if they had been played into one.
 
-    Of a directory count the trials that its benchmark planned, missing ones too, and any others below it; where it
-    holds the tables of an earlier report instead of a benchmark, also what these say of trials that are gone. Where a
-    problem has changed between directories, only the trials of the first one's version count; where they were played
-    under several conditions, only those of the commonest ones.
+    A directory contributes the trials that its benchmark planned, missing ones too, and any others below it. If it
+    holds tables of an earlier report instead of a benchmark, these also count for trials that are gone. If a problem
+    has changed between directories, only the trials of the first one's version count; of trials under several
+    conditions, only those under the commonest ones.
 
-    Raises InputError: there is no trial in one of them.
+    Raises:
+        InputError: one of them holds no trial.
     """
     roots = roots if len(roots) == 1 else [root.resolve() for root in roots]
     found = [_read(root) for root in roots]
@@ -44,14 +45,15 @@ def read_tables(roots: Sequence[Path]) -> Table:
 
 
 def read_table(root: Path) -> Table:
-    """All trials below one directory. Raises InputError where there is none."""
+    """Return all trials below one directory. Raises InputError if there are none."""
     return read_tables([root])
 
 
 def comparable(rows: Sequence[TrialRow]) -> tuple[tuple[TrialRow, ...], tuple[tuple[Path, str], ...]]:
-    """The trials that can be compared, sorted by planner, problem and seed; and the played others, with why.
+    """Return the trials that can be compared, sorted by planner, problem and seed; and the other played ones, with
+    reasons.
 
-    Those under the commonest conditions count (the first of two that are as common), of each problem the version of
+    Those under the commonest conditions count (the first of two equally common ones), of each problem the version of
     the first row, and one trial per planner, problem and seed.
     """
     played = [row for row in rows if _is_played(row)] or rows
@@ -87,12 +89,12 @@ def _is_played(row: TrialRow) -> bool:
 
 
 def _conditions(row: TrialRow) -> str:
-    """Of a robot what is in its files counts; its digest says that, whatever the file is called."""
+    """Return a trial's conditions; a robot counts by its digest, whatever its file is called."""
     return re.sub(r"robot .*? (\([0-9a-f]{8}\))", r"robot \1", row.conditions)
 
 
 def _read(root: Path) -> tuple[list[TrialRow], list[tuple[Path, str]]]:
-    """What is below a directory, of whatever conditions and versions; and what is no trial to count, with why."""
+    """Return the rows below a directory, of whatever conditions and versions; and what does not count, with reasons."""
     check_directory(root, "torc bench")
     store, rows = Store(root), []
     left_out: list[tuple[Path, str]] = []
@@ -125,7 +127,7 @@ def _read(root: Path) -> tuple[list[TrialRow], list[tuple[Path, str]]]:
 
 
 def _loose(directory: Path) -> TrialRow:
-    """A trial that no benchmark planned, by its spec.json and result.json."""
+    """Read a trial that no benchmark planned, from its spec.json and result.json."""
     recorded = read_spec(directory / "spec.json")
     result = read_result(directory / "result.json")
     problem = _problem(recorded.spec.problem)
@@ -163,7 +165,7 @@ def _row(directory: Path, spec: TrialSpec, result: TrialResult | None, **more: A
 
 
 def _picks(log: Path, problem: Problem | None) -> Iterator[PickRow]:
-    """The attempts in a log, up to the first that is not complete; none where it cannot be read."""
+    """Yield the attempts in a log, up to the first incomplete one; none if it cannot be read."""
     try:
         picks = picks_of(read_events(log))
     except InputError:
@@ -192,7 +194,7 @@ def _picks(log: Path, problem: Problem | None) -> Iterator[PickRow]:
 
 @cache
 def _problem(name_or_path: str) -> Problem | None:
-    """None where it is not there any more: its trials still count."""
+    """Load a problem; None if it is gone: its trials still count."""
     try:
         return load_problem(name_or_path)
     except InputError:
@@ -200,7 +202,7 @@ def _problem(name_or_path: str) -> Problem | None:
 
 
 def _trial_directories(root: Path) -> Iterator[Path]:
-    """Directories with a result, but for unfinished ones and what is being played."""
+    """Yield directories with a result, except unfinished ones."""
     for path, below, files in os.walk(root):
         here = Path(path)
         if "result.json" in files and "spec.json" in files:

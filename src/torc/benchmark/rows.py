@@ -1,4 +1,4 @@
-"""Trials as rows of a table, whatever played them (bench, run, human): a row per trial, picks in it."""
+"""Trials as rows of a table, whatever played them (bench, run, human): a row per trial, with its picks."""
 
 import shlex
 from dataclasses import dataclass
@@ -17,15 +17,15 @@ _WENT_WELL = (PickResult.RETRIEVED, PickResult.REMOVED)
 
 @dataclass(frozen=True)
 class PickRow:
-    """One attempt; wall times but for `robot_s`, which is on the robot's clock.
+    """One attempt. Times are wall times except `robot_s`, which is on the robot's clock.
 
     Attributes:
-        result: as `PickResult`.
-        object_id: what was to be picked; -1 for nothing.
-        attempts: how often the chooser was asked.
+        result: a value of `PickResult`.
+        object_id: the object to be picked; -1 for none.
+        attempts: how often the planner's model or person was asked.
         grasps_s: from the image to the valid grasps.
         dropped: objects other than the target that fell.
-        unseen_kind: the grasp model was never trained on that kind of object; None where that is not known.
+        unseen_kind: the grasp model was never trained on that kind of object; None if unknown.
         detail: a sentence for people.
         p: the probability that the grasp was given, of delivering the object; None without a plan, or not recorded.
     """
@@ -51,32 +51,32 @@ class PickRow:
 
     @property
     def grasp_tried(self) -> bool:
-        """The robot went for the grasp."""
+        """True if the robot went for the grasp."""
         return PickResult(self.result).grasp_tried
 
     @property
     def delivered(self) -> bool:
-        """The object was put into the bin."""
+        """True if the object was put into the bin."""
         return self.result in _WENT_WELL
 
 
 @dataclass(frozen=True)
 class TrialRow:
-    """One trial. What follows `error` says something only where the status is "completed".
+    """One trial. Fields after `error` are meaningful only if the status is "completed".
 
     Attributes:
         id: of the plan, "" for trials that no `torc bench` played.
-        planner: its label, experts after it.
+        planner: its label, followed by the expert.
         status: completed, errored, interrupted, or missing: planned, but not played yet.
         held_target: the paper's own rule of success; `retrieved`: the target was delivered.
         max_picks: the budget.
-        digest: of the problem as it was played, see `problem_fingerprint`; "" where that is not known.
-        conditions: robot, grasp planner, noise as far as they are not the default ones, see `Conditions`.
+        digest: of the problem as it was played, see `problem_fingerprint`; "" if unknown.
+        conditions: robot, grasp planner, noise where they differ from the defaults, see `Conditions`.
         participant: its planner saw what planners see. Else it is a reference.
-        bound: how sure ORACLE is that no planner can do with less, see `Bound`; "" where that is not known.
+        bound: how sure ORACLE is that no planner can do with less, see `Bound`; "" if unknown.
         absent: the target is not on the table, so that giving up is right.
-        vlm_calls: replies of the model that the planner asked; None where it asks none, or that is not recorded.
-        tokens_sent, tokens_written, vlm_cost: of all those; None where a reply did not tell, or nobody told prices.
+        vlm_calls: replies of the model that the planner asked; None if it asks none, or that is not recorded.
+        tokens_sent, tokens_written, vlm_cost: of all those; None if a reply lacked its count, or prices are unknown.
     """
 
     id: str
@@ -109,22 +109,22 @@ class TrialRow:
 
     @property
     def completed(self) -> bool:
-        """It is scored."""
+        """True if the trial is scored."""
         return self.status == "completed"
 
     @property
     def real(self) -> bool:
-        """It was played on a real robot."""
+        """True if it was played on a real robot."""
         return self.category == REAL
 
     @property
     def solved(self) -> bool:
-        """The target was retrieved; where there is none, the planner gave up, or cleared the table."""
+        """True if the target was retrieved or, if it is absent, the planner gave up or cleared the table."""
         return self.end in _FOUND_ABSENT if self.absent else self.retrieved
 
     @property
     def cost(self) -> int:
-        """Picks until the trial was solved; the whole budget where it never was."""
+        """Picks until the trial was solved; the whole budget if it never was."""
         return self.picks if self.solved else self.max_picks
 
     @property
@@ -139,7 +139,7 @@ class TrialRow:
 
     @property
     def failed_pick(self) -> PickRow | None:
-        """The attempt to look at in a trial that failed: the last that went wrong; None without attempts."""
+        """The attempt to look at in a failed trial: the last that went wrong; None without attempts."""
         wrong = [p for p in self.picked if p.result not in _WENT_WELL] or self.picked
         return wrong[-1] if wrong else None
 
@@ -208,7 +208,7 @@ class Table:
 
 
 def participant_by_name(label: str) -> bool:
-    """Whether a planner competes, where nothing but its label is known: older tables, trials without a result."""
+    """True if a planner competes, judged by its label alone: for older tables, and trials without a result."""
     name, _, model = label.partition("[")
     is_person = label.partition(" ")[0] == "human"
     return not (is_reference(name) or model.startswith(SIMULATED) or is_person)

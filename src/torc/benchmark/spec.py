@@ -26,7 +26,7 @@ _OWN_OBJECT_FILES = ("object.yaml", "geometry.npz", "texture_*.png")
 class BenchProblem:
     """A problem of a benchmark; its name is unique in the store. `digest` is its `problem_fingerprint`.
 
-    `shipped`: it comes with torc; else the store's copy is played.
+    `shipped`: it comes with torc; otherwise the store's copy is played.
     """
 
     name: str
@@ -40,9 +40,10 @@ class BenchPlanner:
     """A task planner of a benchmark, under the benchmark's conditions or a variant of them.
 
     Attributes:
+        spec: the planner.
         source: fingerprint of the file that defines it, for planners that do not come with torc; "" else.
-        variant: what differs from the benchmark's conditions: values by field or by dotted path of a setting.
-        variant_sources: fingerprints of the user's own parts under that variant, by field.
+        variant: changes to the benchmark's conditions: values by field or by dotted path of a setting.
+        variant_sources: fingerprints of user-defined parts under that variant, by field.
     """
 
     spec: PlannerSpec
@@ -52,24 +53,24 @@ class BenchPlanner:
 
     @property
     def label(self) -> str:
-        """How it is called in tables."""
+        """Its name in tables."""
         return self.spec.label + (f" {{{settings_text(self.variant)}}}" if self.variant else "")
 
 
 @dataclass(frozen=True)
 class Around:
-    """What all trials of a store share, so that they can be compared; `sources` are fingerprints of own parts."""
+    """What all trials of a store share, so that they compare; `sources` are fingerprints of user-defined parts."""
 
     conditions: Conditions = field(default_factory=Conditions)
     sources: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def facts(self) -> dict[str, Any]:
-        """What of them decides results."""
+        """The facts that decide results."""
         return self.conditions.facts(self.sources)
 
     def under(self, planner: BenchPlanner) -> "Around":
-        """As they are for a planner with a variant."""
+        """Return what applies to a planner, given its variant."""
         if not planner.variant:
             return self
         return Around(varied(self.conditions, planner.variant), planner.variant_sources)
@@ -79,7 +80,7 @@ class Around:
 class PlannedTrial:
     """One trial of a benchmark: everything that decides its result. `around` includes the planner's variant.
 
-    The id follows from all that decides the result (torc's version too), and from nothing else.
+    The id follows from everything that decides the result (torc's version too), and from nothing else.
     """
 
     problem: BenchProblem
@@ -96,18 +97,18 @@ class PlannedTrial:
 
     @property
     def directory_name(self) -> str:
-        """Name of its directory: for people first, then for certain."""
+        """Name of its directory: readable, then unique."""
         planner = re.sub(r"[^\w.]+", "-", self.planner.label).strip("-")[:80]
         return f"{self.problem.name}-{planner}-{self.seed}-{self.id[:10]}"
 
     @property
     def sources(self) -> dict[str, str]:
-        """Fingerprints of the user's own parts, by field; the planner's as "planner"."""
+        """Fingerprints of user-defined parts, by field; the planner's as "planner"."""
         own = {"planner": self.planner.source} if self.planner.source else {}
         return {**self.around.sources, **own}
 
     def spec(self, problem: str) -> TrialSpec:
-        """As `run_trial` takes it; `problem` is the name or path of the problem."""
+        """Return the spec for `run_trial`; `problem` is the name or path of the problem."""
         return TrialSpec(problem, self.planner.spec, self.seed, self.around.conditions)
 
 
@@ -136,9 +137,9 @@ def make_spec(
     around: Around,
     version: str,
 ) -> BenchSpec:
-    """Every planner on every problem with every seed: seed by seed, so that an unfinished benchmark is balanced.
+    """Plan every planner on every problem with every seed: seed by seed, so that an unfinished benchmark is balanced.
 
-    Raises InputError: nothing to play, or two planners that cannot be told apart.
+    Raises InputError: nothing to play, or two planners of one name.
     """
     labels = Counter(p.label for p in planners)
     if twice := [label for label, count in labels.items() if count > 1]:
@@ -154,7 +155,7 @@ def make_spec(
 def planned(
     problem: BenchProblem, planner: BenchPlanner, seed: int, around: Around, version: str
 ) -> PlannedTrial:
-    """A trial with its id; `around` is the benchmark's, without the planner's variant."""
+    """Return a trial with its id; `around` is the benchmark's, without the planner's variant."""
     here, spec = around.under(planner), planner.spec
     who = {"name": spec.name, "vlm": vlm_facts(spec.vlm), "settings": dict(spec.settings)}
     facts = {
@@ -169,7 +170,7 @@ def planned(
 
 
 def merged(old: BenchSpec, new: BenchSpec) -> BenchSpec:
-    """Both: a new trial takes the place of an old one of its cell, other old ones stay.
+    """Merge specs: a new trial replaces an old one of its cell, other old ones are kept.
 
     Raises InputError: the conditions or problems differ, so that the results could not be compared.
     """
@@ -187,7 +188,7 @@ def merged(old: BenchSpec, new: BenchSpec) -> BenchSpec:
         raise InputError(
             f"There are trials there of problems that have changed since: {', '.join(changed)}. Use another --out."
         )
-    # A user's own files may lie elsewhere now.
+    # The user's files may lie elsewhere now.
     kept = (replace(t, around=new.around.under(t.planner)) for t in old.trials)
     return BenchSpec(new.around, tuple({t.cell: t for t in (*kept, *new.trials)}.values()))
 
@@ -198,7 +199,7 @@ def _difference(name: str, old: Conditions, new: Conditions) -> str:
 
 
 def shard_of(spec: BenchSpec, shard: str) -> BenchSpec:
-    """A shard such as "3/20": every 20th trial, beginning with the third. Raises InputError if there are none."""
+    """Return a shard such as "3/20": every 20th trial, beginning with the third. Raises InputError if it is empty."""
     found = re.fullmatch(r"(\d+)/(\d+)", shard)
     if found is None or not 1 <= int(found[1]) <= int(found[2]):
         raise InputError(f"--shard takes I/N with I from 1 to N, e.g. 3/20, not '{shard}'.")
@@ -209,9 +210,10 @@ def shard_of(spec: BenchSpec, shard: str) -> BenchSpec:
 
 
 def problem_fingerprint(problem: Problem) -> str:
-    """Of what can change a trial: the objects in their order, the target, its description. Not of notes and origin.
+    """Return the fingerprint of what can change a trial: objects in their order, target, description. Not notes or
+    origin.
 
-    Models that come with torc are settled by its version; the user's own count with their files.
+    torc's version covers models that come with it; user-defined models count with their files.
     """
     own = {o.model for o in problem.ordered() if not object_facts(o.model).builtin}
     objects = [
@@ -227,13 +229,13 @@ def problem_fingerprint(problem: Problem) -> str:
 
 
 def vlm_facts(vlm: VlmConfig | None) -> dict[str, Any] | None:
-    """What of a VLM can change its replies. Time-outs and retries cannot."""
+    """Return the facts about a VLM that can change its replies. Time-outs and retries cannot."""
     if vlm is None:
         return None
     names = ("provider", "url", "model", "thinking", "max_output_tokens", "seeded", "structured")
     facts = {name: getattr(vlm, name) for name in names}
     facts["temperature"] = None if vlm.temperature is None else float(vlm.temperature)
-    # Only where they are given: trials that were played before there were such settings keep their ids.
+    # Only if they are set: trials that were played before these settings existed keep their ids.
     if vlm.picture != PictureConfig():
         facts["picture"] = asdict(vlm.picture)
     if vlm.questions != DEFAULT_QUESTIONS:

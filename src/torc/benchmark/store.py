@@ -1,4 +1,4 @@
-"""A benchmark on disk. A trial's directory is there whole or not at all, whenever the runner was killed.
+"""A benchmark on disk. A trial's directory is there whole or not at all, even if the runner was killed.
 
 DIR/spec.json           the trials that belong to the benchmark (`torc-bench/2`)
 DIR/manifest.json       one entry per call of `torc bench`: versions, commit, machine
@@ -33,8 +33,8 @@ SPEC_FORMAT = "torc-bench/2"
 
 
 def to_json(spec: BenchSpec) -> dict[str, Any]:
-    """Plain data; `from_json` gives back an equal spec."""
-    # Trials of the same label may differ in source or version: each combination is written once.
+    """Return plain data; `from_json` gives back an equal spec."""
+    # Trials of one label may differ in source or version: each combination is written once.
     parts: dict[str, list[dict[str, Any]]] = {"problems": [], "planners": []}
     trials = [
         {
@@ -52,7 +52,7 @@ def to_json(spec: BenchSpec) -> dict[str, Any]:
 
 
 def from_json(data: Mapping[str, Any], source: str) -> BenchSpec:
-    """A spec from plain data; `source` names it in errors. Raises InputError."""
+    """Read a spec from plain data; `source` names it in errors. Raises InputError."""
     found = data.get("format") if isinstance(data, Mapping) else None
     if found != SPEC_FORMAT:
         raise InputError(
@@ -108,11 +108,11 @@ class Store:
 
     @property
     def is_there(self) -> bool:
-        """Whether a benchmark was begun here. A single trial has a file of that name, too, beside its log."""
+        """True if a benchmark was begun here. A single trial also has a file of that name, beside its log."""
         return (self.root / SPEC).is_file() and not (self.root / LOG).exists()
 
     def spec(self) -> BenchSpec:
-        """The trials that belong to the benchmark. Raises InputError."""
+        """Return the trials that belong to the benchmark. Raises InputError."""
         path = self.root / SPEC
         try:
             return from_json(json.loads(read_text(path)), str(path))
@@ -122,13 +122,13 @@ class Store:
             raise InputError(f"{path} is damaged: {error}. Use another --out.") from None
 
     def extended(self, spec: BenchSpec) -> BenchSpec:
-        """The benchmark with these trials, not written yet. Raises InputError where they cannot be compared."""
+        """Return the benchmark with these trials, not written yet. Raises InputError if they cannot be compared."""
         return merged(self.spec(), spec) if self.is_there else spec
 
     def extend(self, spec: BenchSpec, problems: Mapping[str, Problem]) -> BenchSpec:
-        """Add trials to the benchmark, and keep the problems as they are now; what the benchmark is then.
+        """Add trials to the benchmark, keep the problems as they are now, and return the new benchmark.
 
-        Raises InputError where they cannot be compared with those that are there.
+        Raises InputError if they cannot be compared with the present ones.
         """
         whole = self.extended(spec)
         for name in (PROBLEMS, TRIALS):
@@ -139,13 +139,13 @@ class Store:
         return whole
 
     def check(self) -> None:
-        """Raises InputError where the directory is a trial."""
+        """Raise InputError if the directory is a trial."""
         if (self.root / LOG).exists():
             raise InputError(f"'{self.root}' is a trial, not a benchmark. Choose another --out.")
 
     @contextmanager
     def locked(self) -> Iterator[None]:
-        """One runner at a time; what a killed one was playing is thrown away. Raises InputError."""
+        """Lock the store for one runner, and discard what a killed one was playing. Raises InputError."""
         self.root.mkdir(parents=True, exist_ok=True)
         with open(self.root / LOCK, "w", encoding="utf-8") as lock:
             if try_lock(lock) is False:
@@ -159,47 +159,47 @@ class Store:
                 shutil.rmtree(self.root / WORK, ignore_errors=True)
 
     def directory(self, trial: PlannedTrial) -> Path:
-        """Where a trial is, or will be."""
+        """Return where a trial is, or will be."""
         return self.root / TRIALS / trial.directory_name
 
     def problem_path(self, problem: BenchProblem) -> str:
-        """What `load_problem` is given: shipped problems by name, others as they were when the benchmark began."""
+        """Return what `load_problem` takes: shipped problems by name, others as they were when the benchmark began."""
         return problem.name if problem.shipped else str(self.root / PROBLEMS / f"{problem.name}.yaml")
 
     def result(self, trial: PlannedTrial) -> TrialResult | None:
-        """The result of a trial; None if it has not been played, or cannot be read."""
+        """Return the result of a trial; None if it has not been played, or cannot be read."""
         try:
             return read_result(self.directory(trial) / "result.json")
         except InputError:
             return None
 
     def left(self, spec: BenchSpec) -> list[PlannedTrial]:
-        """Trials that are missing or errored."""
+        """Return the trials that are missing or errored."""
         results = ((t, self.result(t)) for t in spec.trials)
         return [t for t, result in results if result is None or not result.completed]
 
     def work(self, trial: PlannedTrial) -> Path:
-        """A directory of this runner's own, to play a trial in: what a killed one left behind cannot get in its way."""
+        """Return this runner's directory to play a trial in: leftovers of a killed runner cannot interfere."""
         return self.root / WORK / f"{os.getpid()}-{trial.id[:16]}"
 
     def accept(self, trial: PlannedTrial, work: Path, failure: Failure | None) -> TrialResult:
-        """Take over what was played in a work directory, which is removed; its result.
+        """Move what was played from a work directory, which is removed, and return its result.
 
-        `failure` says why the process gave no answer, if it gave none.
+        `failure` says why the process gave no answer; None if it gave one.
         """
         output = work / OUTPUT
         done = work / TRIAL if failure is None else self._as_errored(trial, work, failure)
         if output.is_file() and output.stat().st_size:
             (done / OUTPUT).write_bytes(output.read_bytes()[-MAX_SAID:])
         place = self.directory(trial)
-        if place.exists():  # errored the last time; without it, it is missing, and played again
+        if place.exists():  # errored before; without it, it is missing, and played again
             shutil.rmtree(place)
         os.replace(done, place)
         shutil.rmtree(work, ignore_errors=True)
         return read_result(place / "result.json")
 
     def _as_errored(self, trial: PlannedTrial, work: Path, failure: Failure) -> Path:
-        """What a process left behind when it ended, made a trial that says so."""
+        """Turn what a process left behind into an errored trial."""
         left = work / TRIAL if (work / TRIAL).is_dir() else work / f"{TRIAL}.partial"
         left.mkdir(parents=True, exist_ok=True)
         if not (left / "spec.json").is_file():

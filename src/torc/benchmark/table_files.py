@@ -1,6 +1,6 @@
-"""The table of a benchmark in two files: CSV, which is read again, and Parquet where pyarrow is installed.
+"""The table of a benchmark in two files: CSV, which is read again, and Parquet if pyarrow is installed.
 
-They are small enough to keep where the trials are not, with all that a report counts.
+They are small enough to keep without the trials, and hold everything that a report counts.
 """
 
 import csv
@@ -26,7 +26,7 @@ _Row = TypeVar("_Row")
 
 
 def trial_records(table: Table) -> list[dict[str, Any]]:
-    """A flat record per trial, its sums of seconds and picks among them."""
+    """Return a flat record per trial, with its sums of seconds and picks."""
     plain = [f.name for f in fields(TrialRow) if f.name not in ("directory", "picked")]
     records = []
     for row in (*table.rows, *table.beside):
@@ -45,7 +45,7 @@ def trial_records(table: Table) -> list[dict[str, Any]]:
 
 
 def pick_records(table: Table) -> list[dict[str, Any]]:
-    """A flat record per attempt of all completed trials."""
+    """Return a flat record per attempt of all completed trials."""
     return [
         {**{k: getattr(row, k) for k in _KEY}, **asdict(pick)}
         for row in (*table.rows, *table.beside)
@@ -54,7 +54,7 @@ def pick_records(table: Table) -> list[dict[str, Any]]:
 
 
 def write_tables(table: Table, directory: Path) -> None:
-    """trials.csv and picks.csv, and both as Parquet where pyarrow is installed."""
+    """Write trials.csv and picks.csv, and both as Parquet if pyarrow is installed."""
     for name, records in ((TRIALS_FILE, trial_records(table)), (PICKS_FILE, pick_records(table))):
         if not records:
             continue
@@ -71,9 +71,9 @@ def write_tables(table: Table, directory: Path) -> None:
 
 
 def read_rows(directory: Path) -> list[TrialRow]:
-    """What `write_tables` wrote.
+    """Read what `write_tables` wrote.
 
-    Raises InputError: a file is too large or was not written by it; names the row.
+    Raises InputError naming the row: a file is too large or was not written by it.
     """
     picked: dict[tuple[str, ...], list[PickRow]] = {}
     if (directory / PICKS_FILE).is_file():
@@ -91,7 +91,7 @@ def _known(pick: PickRow) -> PickRow:
 
 
 def _below(row: TrialRow) -> TrialRow:
-    """Tables may come from strangers: what a report shows lies below their directory."""
+    """Refuse directories outside the table's own: tables may come from strangers."""
     if row.directory.is_absolute() or ".." in row.directory.parts:
         raise ValueError(f"The directory '{row.directory}' leads elsewhere")
     return row
@@ -102,12 +102,12 @@ _TRIAL = TypeAdapter(Annotated[TrialRow, AfterValidator(_below)])
 
 
 def _records(path: Path, kind: TypeAdapter[_Row]) -> Iterator[tuple[tuple[str, ...], _Row]]:
-    """Which trial each row is about, and the row."""
+    """Yield the trial's key and the row, for each row."""
     text = read_plain_text(path, _MAX_BYTES, "the table of a benchmark")
     reader = csv.DictReader(io.StringIO(text, newline=""))
     try:
         for record in reader:
-            # An empty cell is empty text, but for what may be unknown.
+            # An empty cell is empty text, unless the value may be unknown.
             values = {k: None if v == "" and k in _MAY_BE_UNKNOWN else v for k, v in record.items()}
             if kind is _TRIAL:
                 values.setdefault("participant", participant_by_name(record["planner"]))

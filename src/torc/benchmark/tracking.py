@@ -10,8 +10,8 @@ from torc.errors import InputError
 def track(report: Report, where: str) -> None:
     """Log each planner's measures, and the report's page, to `where`: mlflow:EXPERIMENT or wandb:PROJECT.
 
-    The trackers' own environment variables say where that is (MLFLOW_TRACKING_URI; WANDB_API_KEY, WANDB_MODE).
-    Raises InputError: another tracker, no name, or its library is not installed.
+    The trackers' own environment variables give the server (MLFLOW_TRACKING_URI; WANDB_API_KEY, WANDB_MODE). Raises
+    InputError: another tracker, no name, or its library is not installed.
     """
     tracker, _, name = where.partition(":")
     if tracker not in ("mlflow", "wandb") or not name:
@@ -25,7 +25,7 @@ def track(report: Report, where: str) -> None:
     for standing in report.summary["ranking"]:
         planner = standing["planner"]
         metrics = {
-            name.replace(",", "") + suffix: measure[key]  # MLflow wants no commas in names
+            name.replace(",", "") + suffix: measure[key]  # MLflow allows no commas in names
             for name, measure in standing["measures"].items()
             for key, suffix in (("value", ""), ("low", " low"), ("high", " high"))
             if measure[key] is not None

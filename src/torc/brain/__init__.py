@@ -1,4 +1,4 @@
-"""Only the brain: one RGB-D frame with masks in, the next object and why out. No simulator, no robot needed.
+"""The brain alone: one RGB-D frame with masks in, the next object and the reason out. No simulator, no robot.
 
 >>> from torc.brain import decide_frame, load_frame              # doctest: +SKIP
 >>> answer = decide_frame(load_frame("frame.npz"))               # doctest: +SKIP

@@ -1,4 +1,4 @@
-"""What is decided for a frame, and what it rests on."""
+"""The decision for a frame, and what it rests on."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -20,7 +20,7 @@ HIDDEN = "hidden"
 
 
 class Sought(StrEnum):
-    """What told perception which object is the target."""
+    """How perception knew which object is the target."""
 
     LABEL = "label"
     MARK = "mark"
@@ -89,10 +89,10 @@ class Answer:
         return tuple(sorted(self.look.context.scene.ids, key=lambda k: self.labels[k]))
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON-compatible: the choice, its grasps, why, and what became of each object's grasps; all in labels.
+        """Return JSON-compatible data in labels: the choice, its grasps, why, and the state of each object's grasps.
 
-        Only `id`, beside each object's label, is torc's own number of it: what a VLM is shown and answers
-        (`exchanges`), and what a planner of somebody's may speak of.
+        Only `id`, beside each object's label, is torc's own number: a VLM is shown it and answers with it
+        (`exchanges`), and a user-defined planner may use it.
         """
         decision = self.decision.to_plain()
         del decision["object_id"]
@@ -113,8 +113,9 @@ class Answer:
         }
 
     def save_pictures(self, directory: Path) -> None:
-        """Write seen.png (the marked image) and, if the planner has them, graph.png and belief.png; the numbers in them
-        are labels. Also sent_1.png and so on, the pictures that a model was sent; the numbers in those are torc's own.
+        """Write seen.png (the marked image) and, if the planner has them, graph.png and belief.png, numbered by label.
+
+        Pictures that a model was sent become sent_1.png and so on; the numbers in them are torc's own.
         """
         chosen, labels = self.decision.object_id, self.labels
         seen = mark_image(self.look.context.scene, highlight=chosen, labels=labels)
@@ -145,9 +146,9 @@ class Answer:
 
 
 def evidence_in_labels(evidence: Evidence, labels: Mapping[int, int]) -> dict[str, Any]:
-    """The evidence of a decision as JSON-compatible data, with the frame's labels in place of object ids.
+    """Return the evidence as JSON-compatible data, with the frame's labels in place of object ids.
 
-    Notes of a planner pass unchanged.
+    A planner's notes are unchanged.
     """
 
     def label(object_id: int) -> int | str:

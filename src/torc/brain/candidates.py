@@ -1,4 +1,4 @@
-"""What became of an object's grasps: those that can be tried now, best first, and why the others cannot."""
+"""The grasps of an object: those that can be tried now, best first, and why the others cannot."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ GRASP_FRAME = (
     "between the tips of the pads when they touch the object; x is the closing direction, z the approach, out of the "
     "gripper."
 )
-"""In which frame grasps are given."""
+"""The frame that grasps are given in."""
 STATUS_WORDS: Mapping[GraspStatus, str] = MappingProxyType(
     {
         GraspStatus.VALID: "valid",
@@ -29,7 +29,7 @@ STATUS_WORDS: Mapping[GraspStatus, str] = MappingProxyType(
         GraspStatus.NO_MOTION: "without a motion to them",
     }
 )
-"""In the order in which they are told."""
+"""In the order in which they are reported."""
 
 
 @dataclass(frozen=True)
@@ -64,14 +64,14 @@ def valid_grasps(context: PlanningContext, object_id: int) -> tuple[Grasp, ...]:
 
 
 def status_counts(context: PlanningContext, object_id: int) -> dict[GraspStatus, int]:
-    """How many of the object's grasps have each status, without those that none has."""
+    """Count the object's grasps by status; statuses without grasps are left out."""
     status = context.report.status[context.grasps.object_ids == object_id]
     counts = {s: int(np.count_nonzero(status == s)) for s in STATUS_WORDS}
     return {s: n for s, n in counts.items() if n}
 
 
 def blockers_of(context: PlanningContext, object_id: int) -> dict[int, int]:
-    """How many of the object's grasps each other object blocks, by its id; a grasp may count for several."""
+    """Count, by id of each other object, the grasps of this object that it blocks; a grasp may count for several."""
     report = context.report
     row = report.blocking[report.object_ids.index(object_id)]
     return {other: int(n) for other, n in zip(report.object_ids, row) if n}

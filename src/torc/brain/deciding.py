@@ -28,11 +28,11 @@ from torc.vlm.protocol import VlmClient
 from torc.workspace.description import Box, Workspace
 from torc.workspace.workspace_files import load_workspace
 
-# Frames come from any distance: what perception takes for a reading, the volume does too.
+# Frames come from any distance: the volume accepts every reading that perception accepts.
 _ANY_DISTANCE_M = PerceptionConfig().max_depth_m
 _OWN_EYES = "embedded"
 _SAME_TABLE_M = 0.02
-"""A support this close to the height of the robot's own table is that table."""
+"""A support within this distance of the robot's table height is that table."""
 
 
 def decide_frame(
@@ -85,7 +85,7 @@ class FrameDecider:
         self.pipeline = _pipeline(frame, robot, self.stages)
 
     def rehearse(self) -> None:
-        """Use every kernel that `decide` may need once, on a made-up scene, so that none is compiled in it."""
+        """Run every kernel that `decide` may need once, on a made-up scene, so that no decision compiles any."""
         rehearse_planner(self.planner, rehearse_look(self.pipeline).context)
 
     def decide(
@@ -96,9 +96,9 @@ class FrameDecider:
         wanted: Wanted | None = None,
         finder: VlmClient | None = None,
     ) -> Answer:
-        """Decide. Raises as `decide_frame`."""
+        """Decide. Raises what `decide_frame` raises."""
         frame, planner, pipeline = self.frame, self.planner, self.pipeline
-        # Objects that perception finds by itself have numbers of its own.
+        # Objects that perception finds are numbered by perception.
         given = frame.labels if PERCEPTIONS.traits(pipeline.perception).needs_labels else {}
         wanted = wanted or Wanted(frame.target_description)
         marked = wanted if given else _marked(frame, wanted)
@@ -129,7 +129,7 @@ class FrameDecider:
 
 
 def _marked(frame: Frame, wanted: Wanted) -> Wanted:
-    """The target for a perception that finds the objects itself; if nothing else tells it, that of the masks."""
+    """Return the target for a perception that finds the objects itself: from the masks if nothing else shows it."""
     truth = frame.observation.label_image
     if truth is None or frame.target_id is None or wanted.mark or wanted.pictures:
         return wanted
@@ -138,7 +138,7 @@ def _marked(frame: Frame, wanted: Wanted) -> Wanted:
 
 
 def _sought(wanted: Wanted, perception: Perception, finder: VlmClient | None) -> Sought:
-    """What tells such a perception the target."""
+    """Return how a perception that finds the objects itself knows the target."""
     if wanted.mark:
         return Sought.MARK
     if wanted.pictures:
@@ -148,7 +148,7 @@ def _sought(wanted: Wanted, perception: Perception, finder: VlmClient | None) ->
 
 
 def _check_found(scene: SegmentedScene, wanted: Wanted) -> None:
-    """Raises InputError if nothing was found at all, or nothing at the mark."""
+    """Raise InputError if nothing was found at all, or nothing at the mark."""
     if not scene.objects:
         raise InputError(f"No object was found in the picture: {_readings(scene.observation)}")
     if wanted.mark and scene.target_id is None:
@@ -159,7 +159,7 @@ def _check_found(scene: SegmentedScene, wanted: Wanted) -> None:
 
 
 def _readings(observation: Observation) -> str:
-    """What may be wrong with a picture in which nothing was found."""
+    """Say what may be wrong with a picture in which nothing was found."""
     read = observation.depth_m > 0
     if not read.any():
         return "no pixel has a reading of depth. With --depth sgbm: are the pictures left and right, in this order?"
@@ -180,7 +180,7 @@ def _pipeline(frame: Frame, robot: RobotDescription | str | None, stages: Pipeli
     who = load_robot(DEFAULT_ROBOT).gripper if description is None else description
     workspace = workspace_of(frame, with_robot=description is not None)
     used = replace(stages, perception=eyes_of(frame.observation, stages))
-    # Masks may come with depth of any kind; a frame without them comes from a camera.
+    # Masks may come with depth of any kind; a frame without masks comes from a camera.
     rough = frame.observation.label_image is None
     pipeline = build_pipeline(used, who, workspace, rough=rough, max_depth_m=_ANY_DISTANCE_M)
     refuse_made_up(used, pipeline.depth)
@@ -188,7 +188,7 @@ def _pipeline(frame: Frame, robot: RobotDescription | str | None, stages: Pipeli
 
 
 def refuse_made_up(stages: PipelineSpec, depth: Depth) -> None:
-    """Raises InputError for a depth stage that adds the errors of a camera, which real pictures have already."""
+    """Raise InputError for a depth stage that adds a camera's errors: real pictures already have them."""
     if DEPTHS.traits(depth).simulated_only:
         raise InputError(
             f"--depth {stages.depth} adds a camera's errors to the exact depth of a simulation. A real picture has "
@@ -197,8 +197,8 @@ def refuse_made_up(stages: PipelineSpec, depth: Depth) -> None:
 
 
 def eyes_of(observation: Observation, stages: PipelineSpec) -> str:
-    """The perception that is used: what is asked for, but for a picture without masks, which the default perception
-    cannot read, torc's own eyes.
+    """Return the perception to use: the one asked for, or torc's own if the default cannot read a picture without
+    masks.
     """
     asked = stages.perception
     blind = observation.label_image is None and asked == PipelineSpec().perception
@@ -206,11 +206,13 @@ def eyes_of(observation: Observation, stages: PipelineSpec) -> str:
 
 
 def workspace_of(frame: Frame, *, with_robot: bool = False) -> Workspace:
-    """The frame's support surface as the table; with a robot the workspace's own, if that is what is seen."""
+    """Return a workspace whose table is the frame's support; with a robot, the robot's workspace if it fits the
+    support.
+    """
     own = replace(load_workspace(), grid=frame.grid)
     if with_robot and abs(frame.support_z_m - own.support_z_m) < _SAME_TABLE_M:
         return own
-    # A workspace has a bin; here it is out of everything's way.
+    # A workspace must have a bin; this one is out of the way.
     nowhere = replace(load_workspace().bin, center=(0.0, 0.0, -100.0))
     low, high = frame.grid.origin, frame.grid.upper
     (x, y, _), (dx, dy, _) = (0.5 * (high + low)).tolist(), (high - low).tolist()
@@ -219,15 +221,16 @@ def workspace_of(frame: Frame, *, with_robot: bool = False) -> Workspace:
 
 
 _LARGEST_M, _SMALLEST_M = 0.33, 0.015
-"""Between these lies the median length of things on a table: twice the largest of the shipped problems, whose medians
-are .07 to .16 m, and a fifth of the smallest, since little may be seen of a thing."""
+"""Limits of the median length of things on a table, metres: twice the largest median of the shipped problems (theirs
+are .07 to .16 m), and a fifth of the smallest, since much of a thing may be out of sight.
+"""
 _USUAL_M = 0.12
 _FACTORS = (4, 5, 10, 1000)
 _FEWEST = 3
 
 
 def size_doubts(scene: SegmentedScene) -> tuple[str, ...]:
-    """A message if most things in sight are far too large or too small for things that a hand picks."""
+    """Return a message if most things in sight are far too large or too small to be picked by hand."""
     sizes = [_length_m(o.points) for o in scene.objects if len(o.points) > 20]
     if len(sizes) < _FEWEST:
         return ()
@@ -245,6 +248,6 @@ def size_doubts(scene: SegmentedScene) -> tuple[str, ...]:
 
 
 def _length_m(points: np.ndarray) -> float:
-    """The longer side of what is seen of a thing."""
+    """Return the longer side of the visible part of a thing, metres."""
     low, high = np.percentile(points, [5, 95], axis=0)
     return float((high - low).max())

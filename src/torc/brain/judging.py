@@ -23,15 +23,17 @@ from torc.specs.conditions import PipelineSpec
 
 @dataclass(frozen=True)
 class Judged:
-    """What was found in a picture: labels from 0 on, BACKGROUND for none; and how well that agrees."""
+    """The objects found in a picture (labels from 0, BACKGROUND for none), and how well they agree with the truth."""
 
     found: Int16[np.ndarray, "h w"]
     score: MaskScore
 
 
 def judge(picture: AnnotatedPicture, stages: PipelineSpec) -> Judged:
-    """Compares what a perception finds in a picture with the truth. Raises InputError if the picture shows no support,
-    or nothing on it, and for a perception that is given the masks.
+    """Compare what a perception finds in a picture with the truth.
+
+    Raises:
+        InputError: the picture shows no support or nothing on it, or the perception is given the true masks.
     """
     observation = measured(picture.observation, stages)
     if not picture.posed:

@@ -1,4 +1,4 @@
-"""What torc's eyes make of one snapshot of a camera, or why they make nothing of it."""
+"""What perception finds in one camera snapshot, or why it finds nothing."""
 
 from dataclasses import dataclass, replace
 
@@ -21,10 +21,11 @@ class Sight:
     """A snapshot, and what was found in it.
 
     Attributes:
-        observation: with the depth of the depth stage.
+        observation: the snapshot, with the depth of the depth stage.
         scene: the objects; None if `trouble` says why there are none.
-        support_z_m: height of the support, if one was seen.
-        placed: whether the camera's pose is known.
+        support_z_m: height of the support in the world, metres; None if none was seen.
+        trouble: why nothing was found; empty otherwise.
+        placed: True if the camera's pose is known.
     """
 
     observation: Observation
@@ -34,7 +35,7 @@ class Sight:
     placed: bool = True
 
     def facts(self) -> dict[str, str]:
-        """What to tell of it, by name."""
+        """Return lines to print about the snapshot, by name."""
         o, read = self.observation, self.observation.depth_m > 0
         height, width = read.shape
         facts = {"picture": f"{width}x{height} pixels, fx {o.K[0, 0]:.1f}, fy {o.K[1, 1]:.1f}"}
@@ -63,8 +64,10 @@ class Sight:
 
 
 def measured(observation: Observation, stages: PipelineSpec) -> Observation:
-    """The snapshot with the depth of the depth stage, 0 where there is no reading. Raises InputError for depth that
-    cannot be, and if there is none.
+    """Return the snapshot with the depth of the depth stage, 0 where there is no reading.
+
+    Raises:
+        InputError: the snapshot has no depth, or impossible depth.
     """
     check_settings(stages, noisy=False)
     depth = make_stage(stages, "depth")
@@ -76,10 +79,14 @@ def measured(observation: Observation, stages: PipelineSpec) -> Observation:
 
 
 def see(observation: Observation, stages: PipelineSpec) -> Sight:
-    """What is found in a snapshot; a picture without a support, or without objects, is no error.
+    """Find the objects in a snapshot. A picture without a support or without objects is not an error.
 
-    `stages` name depth and perception; the default perception means torc's own eyes for a snapshot without labels.
-    Raises InputError and PartError for parts that cannot be made, or crash.
+    Args:
+        observation: the snapshot.
+        stages: name depth and perception; for a snapshot without labels the default perception is torc's own.
+
+    Raises:
+        InputError, PartError: a part cannot be made, or crashes.
     """
     observation = measured(observation, stages)
     eyes = eyes_of(observation, stages)

@@ -1,4 +1,4 @@
-"""An answer in words: the choice, how to grasp it, why, and a row per object. All objects go by the frame's labels."""
+"""An answer in words: the choice, how to grasp it, why, and a row per object. Objects go by the frame's labels."""
 
 import textwrap
 
@@ -8,9 +8,9 @@ from torc.records import TARGET_ID, GraspStatus
 
 _WIDTH = 80
 _DOUBTFUL = 0.6
-"""A mask that is less sure is told of."""
+"""Masks below this sureness are mentioned."""
 _WORTH_TELLING = 0.05
-"""A target that is less probable is not told of."""
+"""Targets below this probability are not mentioned."""
 _ESTIMATED = (
     "The camera's pose was estimated: the largest plane in the picture is taken for a level support, at z = 0; the "
     "origin lies below the camera, x where it looks. Positions are in that world, not in a robot's."
@@ -21,13 +21,13 @@ _NOT_FOUND = {
     Sought.PICTURES: "No mask looks enough like the reference pictures.",
     Sought.WORDS: "No mask was taken for what the description says.",
 }
-"""By what told of the target."""
+"""By how perception looked for the target."""
 _TIE = "\N{NO-BREAK SPACE}"
-"""Between words that stay on one line."""
+"""Joins words that must stay on one line."""
 
 
 def answer_text(answer: Answer) -> str:
-    """Some lines for people."""
+    """Return the answer as lines of text for people."""
     chosen = answer.decision.object_id
     choice = "No choice." if chosen is None else f"Pick object {_called(answer, chosen)}."
     lines = [choice, *_wrapped(f"Why: {answer.decision.reason}")]
@@ -65,14 +65,14 @@ def answer_text(answer: Answer) -> str:
 
 
 def _likeliest(answer: Answer) -> str:
-    """The object that the target is most probably, although not surely enough."""
+    """Name the object that is most probably the target, if perception was not sure enough."""
     p = {k: v for k, v in answer.target_p.items() if k in answer.ids and v >= _WORTH_TELLING}
     best = max(p, key=lambda k: p[k], default=None)
     return "" if best is None else f" Likeliest is object {_called(answer, best)} (p = {p[best]:.2f})."
 
 
 def _eyes(answer: Answer) -> str:
-    """Who found the objects, and how sure it is of them."""
+    """Say which perception found the objects, and which masks it doubts."""
     sure = {k: answer.sureness[k] for k in answer.ids}
     doubtful = [k for k in sorted(sure, key=lambda k: sure[k]) if sure[k] < _DOUBTFUL]
     told = ", ".join(f"{_called(answer, k)} ({sure[k]:.2f})" for k in doubtful[:8])
@@ -91,7 +91,7 @@ def _called(answer: Answer, object_id: int) -> str:
 
 
 def _why_not(answer: Answer) -> list[str]:
-    """Per object what became of its grasps."""
+    """Return lines that say, per object, what happened to its grasps."""
     lines = ["What became of the grasps of each object:"]
     for k in answer.ids:
         told = []
@@ -104,13 +104,13 @@ def _why_not(answer: Answer) -> list[str]:
 
 
 def _blockers(answer: Answer, object_id: int) -> str:
-    """Who blocks grasps of the object, the most important first; in brackets how many."""
+    """Name the objects that block grasps of this one, most important first, with the number of grasps in brackets."""
     blockers = sorted(blockers_of(answer.look.context, object_id).items(), key=lambda item: -item[1])
     return ", ".join(f"{answer.labels[k]}{_TIE}({n})" for k, n in blockers)
 
 
 def _table(answer: Answer) -> list[str]:
-    """A row per object in sight, the chosen one marked; the last column is wrapped. A legend below."""
+    """Return a row per object in sight, the chosen one marked, the last column wrapped, and a legend below."""
     context, ids = answer.look.context, answer.ids
     valid = dict(zip(context.report.object_ids, context.report.valid_total.tolist()))
     p = answer.decision.evidence.probabilities

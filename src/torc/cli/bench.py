@@ -100,7 +100,7 @@ class BenchCommand:
 
     @classmethod
     def prepared(cls, arguments: Sequence[str]) -> tuple[dict[str, Any], list[str]]:
-        """What an experiment file among the arguments sets, and the other arguments. Raises InputError."""
+        """Return what an experiment file among the arguments sets, and the other arguments. Raises InputError."""
         from torc.cli.experiments import read_experiment
 
         if not arguments or not arguments[0].endswith((".yaml", ".yml")):
@@ -111,7 +111,7 @@ class BenchCommand:
         return given | {"conditions": replace(conditions, settings={})}, [*settings, *arguments[1:]]
 
     def run(self) -> int:
-        """Play; returns the exit code."""
+        """Play, and return the exit code."""
         from torc.benchmark.store import Store
 
         self._check()
@@ -135,10 +135,10 @@ class BenchCommand:
         if self.ray is not None:
             from torc.benchmark.ray_pool import load_ray
 
-            load_ray()  # now rather than after the planners were looked at
+            load_ray()  # now rather than after the planners were checked
 
     def _plan(self) -> tuple[BenchSpec, dict[str, Problem]]:
-        """What the options ask for, and the problems by name."""
+        """Return the trials that the options describe, and the problems by name."""
         import torc
         from torc.benchmark.preflight import find_around, find_problems, under_variants
         from torc.benchmark.spec import make_spec, shard_of
@@ -158,7 +158,7 @@ class BenchCommand:
         return shard, {problem.name: problem for problem in problems.values()}
 
     def _planners(self) -> list[BenchPlanner]:
-        """What --planners names, or an experiment file."""
+        """Return the planners of --planners, or of an experiment file."""
         of_file = self.own_planners if self.planners == type(self).planners else ()
         return planners_of(of_file or [(name, {}) for name in split_names(self.planners)], self.vlm)
 
@@ -206,7 +206,7 @@ class BenchCommand:
     def _backend(
         self, spec: BenchSpec, problems: Mapping[str, Problem], todo: int
     ) -> Iterator[tuple[Backend, dict[str, Any]]]:
-        """What plays the trials, and what the manifest says of it."""
+        """Provide the backend that plays the trials, and its facts for the manifest."""
         from torc.benchmark.local_pool import LocalPool, PoolConfig
 
         limits = PoolConfig(self.workers, self.timeout, int(self.memory * 2**30) if self.memory else None)
@@ -222,7 +222,7 @@ class BenchCommand:
             yield pool, {"workers": self.workers or facts["cpus"], "ray": facts}
 
     def _sum_up(self, store: Store, spec: BenchSpec, played: int, errored: int) -> None:
-        """What there is now, and what to do next."""
+        """Report the state of the benchmark, and what to do next."""
         missing = len(store.left(spec))
         facts = {"trials": len(spec.trials), "played": played, "errored": errored, "missing": missing}
         if self.json:

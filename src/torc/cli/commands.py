@@ -1,4 +1,4 @@
-"""Commands by name: a table of names, found before anything of the command itself is parsed or imported."""
+"""Commands by name: a table of names, looked up before anything of the command itself is parsed or imported."""
 
 import re
 import shutil
@@ -24,7 +24,7 @@ class Runnable(Protocol):
     """A command with its arguments."""
 
     def run(self) -> int:
-        """Do it; the exit code."""
+        """Run the command and return its exit code."""
         ...
 
 
@@ -33,10 +33,10 @@ class Group:
     """Several commands under one name.
 
     Attributes:
-        about: stands above their list.
+        about: text above their list.
         commands: by name a line of help, and a class, a further group, or "module:NAME" of either, which is imported
             only when the command is used.
-        more: stands below the list.
+        more: text below the list.
     """
 
     about: str
@@ -49,7 +49,7 @@ class Group:
         return resolve_name(command) if isinstance(command, str) else command
 
     def help(self, prog: str) -> str:
-        """A line per command."""
+        """Return a line per command."""
         width = max(map(len, self.commands))
         lines = [f"  {name:<{width}}   {line}" for name, (line, _) in self.commands.items()]
         more = f"`{prog} COMMAND --help` tells more of each.\n\n{self.more}"
@@ -63,10 +63,10 @@ Entry = tuple[str, type[Any] | Group | str]
 
 
 def parse_command(command: "type[Any] | Group", prog: str, arguments: Sequence[str]) -> Runnable:
-    """The command that a command line means.
+    """Return the command that a command line means.
 
-    Exits the process where only help is wanted, or an option is wrong. Raises InputError for a command that there is
-    not, and for settings or a seed that cannot be.
+    Exits the process if only help is wanted, or an option is wrong. Raises InputError for an unknown command, and for
+    impossible settings or seeds.
     """
     if isinstance(command, Group):
         if not arguments or arguments[0] in _HELP:
@@ -99,7 +99,7 @@ def parse_command(command: "type[Any] | Group", prog: str, arguments: Sequence[s
 
 
 def _options(command: type[Any]) -> set[str]:
-    """The names of a command's options, those of its parts included."""
+    """Return the names of a command's options, those of its parts included."""
     found = set()
     for name, kind in get_type_hints(command).items():
         found |= _options(kind) if is_dataclass(kind) and isinstance(kind, type) else {name}
@@ -107,7 +107,7 @@ def _options(command: type[Any]) -> set[str]:
 
 
 def _choices(options: Collection[str]) -> Iterator[str]:
-    """The parts that a command's options can name, with a line of help each."""
+    """Yield the parts that a command's options can name, with a line of help each."""
     from torc.registry.kinds import KINDS
     from torc.registry.loading import part_lines
 
@@ -123,7 +123,7 @@ def _choices(options: Collection[str]) -> Iterator[str]:
 
 
 def _wrapped(text: str, before: str = "") -> str:
-    """A text at the terminal's width, its lines below each other behind what stands before it."""
+    """Wrap a text at the terminal's width, its lines aligned after the text `before`."""
     return textwrap.fill(text, _width(), initial_indent=before, subsequent_indent=" " * max(len(before), 2))
 
 
@@ -132,7 +132,7 @@ def _width() -> int:
 
 
 def filled(text: str) -> str:
-    """A text at the terminal's width: paragraphs filled, indented lines as they are."""
+    """Wrap a text at the terminal's width: paragraphs filled, indented lines unchanged."""
     wrap = textwrap.TextWrapper(_width(), break_long_words=False, break_on_hyphens=False)
     lines: list[str] = []
     for block in text.split("\n\n"):
@@ -144,7 +144,7 @@ def filled(text: str) -> str:
 
 
 def _split_settings(arguments: Sequence[str]) -> tuple[list[str], dict[str, Any]]:
-    """The other arguments, and the settings by dotted path. Raises InputError for one without a value."""
+    """Return the other arguments, and the settings by dotted path. Raises InputError for one without a value."""
     if not any(a.startswith("--") and "." in a for a in arguments):
         return list(arguments), {}
 
@@ -164,7 +164,7 @@ def _split_settings(arguments: Sequence[str]) -> tuple[list[str], dict[str, Any]
 
 
 def _with_settings(command: Any, settings: Mapping[str, Any]) -> Any:
-    """A command with these settings in its conditions. Raises InputError for settings that it does not take."""
+    """Return a command with these settings in its conditions. Raises InputError for settings that it does not take."""
     if not settings:
         return command
 

@@ -1,4 +1,4 @@
-"""`torc decide`: only the brain, for a frame from anywhere."""
+"""`torc decide`: the brain alone, for a frame from anywhere."""
 
 from __future__ import annotations
 
@@ -123,7 +123,7 @@ class DecideCommand:
         return 0 if answer.decision.object_id is not None else NO_CHOICE
 
     def _wanted(self, frame: Frame) -> Wanted:
-        """The target as the options and the frame say it. Raises InputError."""
+        """Return the target from the options and the frame. Raises InputError."""
         from torc.errors import InputError
         from torc.perception.protocol import Wanted
         from torc.perception.target import load_pictures

@@ -19,7 +19,7 @@ from torc.cli.printing import print_json
 from torc.errors import extra_remedy
 
 _LIBRARIES = {"cv2": "opencv-python-headless", "mujoco": "mujoco-core"}
-"""Module -> the package it comes with, where they differ."""
+"""Package of a module, where the names differ."""
 _EXTRAS = {
     "import": ("coacd", "importing meshes"),
     "web": ("starlette", "the page of torc human and torc view"),
@@ -34,7 +34,7 @@ _EXTRAS = {
     "sam": ("transformers", "the perceptions grounded-sam2 and sam3"),
     "dev": ("pytest", "running the tests, training the grasp model"),
 }
-"""Extra -> a module of it, and what it is for."""
+"""By extra, one of its modules, and its purpose."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class DoctorCommand:
     json: Annotated[bool, tyro.conf.arg(help="Print the findings as JSON.")] = False
 
     def run(self) -> int:
-        """Print the findings; returns the exit code."""
+        """Print the findings and return the exit code."""
         checks = []
         for check in _checks():
             checks.append(check)
@@ -70,7 +70,7 @@ class DoctorCommand:
 
 
 def _checks() -> Iterator[Check]:
-    """All findings, each as it is found, since some take seconds."""
+    """Yield all findings, each as it is found, since some take seconds."""
     yield Check("torc", True, f"{torc.__version__}, in {Path(torc.__file__).parent}")
     good = (3, 11) <= sys.version_info < (3, 14)
     yield Check(
@@ -78,11 +78,11 @@ def _checks() -> Iterator[Check]:
     )
     for module in ("numpy", "numba", "mujoco", "cv2", "av", "onnxruntime"):
         try:
-            importlib.import_module(module)  # an installed one may still miss a system library of its own
+            importlib.import_module(module)  # an installed one may still lack a system library
         except (ImportError, OSError) as error:
             package = _LIBRARIES.get(module, module)
             yield Check("library", False, f"{module}: {error}", f"pip install {package}", required=True)
-        except Exception as error:  # MuJoCo refuses a MUJOCO_GL that it does not know
+        except Exception as error:  # MuJoCo refuses an unknown MUJOCO_GL
             remedy = f"Unset {_set_for_gl() or 'what stands in its way'}."
             yield Check("library", False, f"{module}: {error}", remedy, required=True)
             return
@@ -109,7 +109,7 @@ def _checks() -> Iterator[Check]:
 
 
 def _rendering() -> Check:
-    """Whether a picture can be drawn as `torc run` draws it: a library that can be loaded may still not draw."""
+    """Check that a picture can be drawn as `torc run` draws it: a library that loads may still fail to draw."""
     from torc.sim.drawing_trial import try_drawing
 
     backend, fault = try_drawing()
@@ -123,13 +123,13 @@ def _rendering() -> Check:
 
 
 def _set_for_gl() -> str:
-    """What the environment sets for OpenGL, for messages."""
+    """Return what the environment sets for OpenGL, for messages."""
     names = ("MUJOCO_GL", "PYOPENGL_PLATFORM")
     return " and ".join(f"{name}={os.environ[name]}" for name in names if name in os.environ)
 
 
 def _two_mujocos() -> Iterator[Check]:
-    """A note if both packages that own the folder mujoco/ are installed."""
+    """Yield a note if both packages that own the folder mujoco/ are installed."""
     if _installed("mujoco") and _installed("mujoco-core"):
         detail = "mujoco and mujoco-core are both installed, and each overwrites files of the other"
         remedy = "pip uninstall mujoco mujoco-core; pip install mujoco-core"
@@ -141,8 +141,8 @@ def _installed(package: str) -> bool:
 
 
 def _foreign_pyzed() -> bool:
-    """Whether there is a package pyzed without the SDK's module in it."""
+    """True if there is a package pyzed without the SDK's module in it."""
     try:
         return find_spec("pyzed") is not None and find_spec("pyzed.sl") is None
-    except ModuleNotFoundError:  # it is no package, but one file
+    except ModuleNotFoundError:  # pyzed is not a package, but one file
         return True

@@ -1,4 +1,4 @@
-"""An experiment as a YAML file: what `torc bench` plays."""
+"""An experiment for `torc bench` as a YAML file."""
 
 import json
 from dataclasses import fields
@@ -33,7 +33,7 @@ class _Experiment(BaseModel, extra="forbid"):
 
 
 def read_experiment(path: Path) -> dict[str, Any]:
-    """What a file says, as fields of the command. Raises InputError naming file and field."""
+    """Return a file's content as fields of the command. Raises InputError naming file and field."""
     text = read_text(path, "replace")
     found = parse_yaml_as(_Experiment, text, str(path), "experiment", _MAX_BYTES, _REMEDY)
     known = {f.name for f in fields(Conditions)}

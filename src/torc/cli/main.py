@@ -1,6 +1,6 @@
 """Entry point of the `torc` command: parses, runs, and turns errors into one clear line and an exit code.
 
-A command is imported when it is used, and the working parts within it, so that `torc --help` answers at once.
+A command is imported when it is used, and so are the parts that do its work, so that `torc --help` answers at once.
 """
 
 import io
@@ -40,7 +40,7 @@ TORC = Group(
 COMMANDS = "torc.commands"
 """Group of the entry points by which packages add commands: each names an `Entry`."""
 _READER_GONE = 141
-"""128 + SIGPIPE, as shells give it for tools that the signal ends."""
+"""128 + SIGPIPE, as shells report it for tools that the signal ends."""
 _NO_CACHE = (
     "Compiled kernels can be kept neither beside the program nor in your home directory. "
     "Set NUMBA_CACHE_DIR to a directory that you can write to."
@@ -48,16 +48,16 @@ _NO_CACHE = (
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Run the command line; exits the process."""
+    """Run the command line and exit the process."""
     # `--planner my_module:MyPlanner` finds a module in the working directory, as `python -m` would.
     sys.path.append(os.getcwd())
-    # Names of files may hold what the terminal's encoding has not: shown as an escape, never a crash.
+    # File names may hold characters that the terminal's encoding lacks: show an escape, never crash.
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
     try:
         code = _run(sys.argv[1:] if arguments is None else arguments)
-        sys.stdout.flush()  # here, where a reader that went away can be told
+        sys.stdout.flush()  # here, where a reader that went away can be detected
     except BrokenPipeError:
         # `torc ... | head`: no message, and none from Python's own flush at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -66,11 +66,11 @@ def main(arguments: list[str] | None = None) -> None:
 
 
 def parse(arguments: Sequence[str]) -> Runnable:
-    """The command that a command line means. Exits the process with a message where it means none."""
+    """Return the command that a command line means. Exits the process with a message if it means none."""
     name = arguments[0] if arguments else ""
     if name in TORC.commands:
         return parse_command(TORC, "torc", arguments)
-    # Asking all installed packages takes 15 ms, which commands of torc itself need not wait for.
+    # Asking all installed packages takes 15 ms, which torc's own commands need not wait for.
     from torc.registry.loading import load_object, registered
 
     added = registered(COMMANDS)
@@ -131,7 +131,7 @@ def _run(arguments: list[str]) -> str | int | None:
 
 
 def _told(error: TorcError | OSError | RuntimeError) -> tuple[int, str]:
-    """Exit code and text. Raises again what is a fault in torc."""
+    """Return exit code and text of an error. Raises faults of torc itself again."""
     if isinstance(error, TorcError):
         return 2 if isinstance(error, InputError) else 1, str(error)
     if isinstance(error, OSError) and error.filename is not None:

@@ -1,4 +1,4 @@
-"""`torc objects import`: mesh files to objects of one's own."""
+"""`torc objects import`: mesh files to user-defined objects."""
 
 import os
 import sys
@@ -15,7 +15,7 @@ from torc.errors import InputError
 if TYPE_CHECKING:
     from torc.objects.importing import MeshOptions
 
-    # A file, the path that its name is made from, and how it becomes an object.
+    # A file, the path that names it, and how it becomes an object.
     _Mesh = tuple[Path, Path, MeshOptions]
 
 
@@ -58,7 +58,7 @@ class ImportCommand:
     json: Annotated[bool, tyro.conf.arg(help="Print what was imported and refused as JSON.")] = False
 
     def run(self) -> int:
-        """Import the meshes; returns the exit code."""
+        """Import the meshes and return the exit code."""
         from torc.errors import PhysicsError
         from torc.objects.importing.storing import check_library
         from torc.objects.library import store_directories
@@ -104,7 +104,7 @@ class ImportCommand:
         return 1 if refused else 0
 
     def _meshes(self) -> tuple[list["_Mesh"], list[tuple[Path, str]]]:
-        """Mesh files, and those left out with the reason. Raises InputError for arguments that make no sense."""
+        """Return mesh files, and those left out with the reason. Raises InputError for inconsistent arguments."""
         from torc.objects.importing import MeshOptions
         from torc.objects.importing.storing import find_meshes
 
@@ -143,7 +143,7 @@ class ImportCommand:
         return meshes, left_out
 
     def _kept(self, meshes: list["_Mesh"]) -> dict[Path, str]:
-        """Of the meshes in directories, those that were imported before, with the names of the objects."""
+        """Return the meshes in directories that were imported before, with the names of the objects."""
         from torc.objects.importing.storing import kept_names
 
         names: dict[Path, str] = {}

@@ -54,7 +54,7 @@ class SheetCommand:
 
 
 def known_objects() -> list["ObjectFacts"]:
-    """Facts of all objects, those that come with torc first. One that is damaged is told of and stops nothing."""
+    """Return the facts of all objects, torc's own first. A damaged one is reported and stops nothing."""
     from torc.objects.library import object_facts, object_names
 
     found = []
@@ -67,13 +67,13 @@ def known_objects() -> list["ObjectFacts"]:
 
 
 def check_picture_name(path: Path, *endings: str) -> None:
-    """Raises InputError unless a picture's name has one of the endings; .jpeg counts as .jpg."""
+    """Raise InputError unless a picture's name has one of the endings; .jpeg counts as .jpg."""
     if path.suffix.lower().replace(".jpeg", ".jpg") not in endings:
         raise InputError(f"{path}: pictures are written as {' or '.join(endings)}. Use a name that ends so.")
 
 
 def _chosen(names: Sequence[str]) -> list[str]:
-    """Names of the objects and of those of the kinds named, without those that cannot be read."""
+    """Return names of the objects and of those of the kinds named, without those that cannot be read."""
     from torc.objects.library import object_names
 
     known = known_objects()
@@ -87,7 +87,7 @@ def _chosen(names: Sequence[str]) -> list[str]:
 
 
 def _cell(model: "ObjectModel") -> "Picture":
-    """A portrait; below it name, description, size (depth, width, height) and mass."""
+    """Draw a portrait; below it name, description, size (depth, width, height) and mass."""
     from PIL import Image, ImageDraw, ImageFont
 
     from torc.sim.portraits import portrait

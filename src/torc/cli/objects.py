@@ -1,4 +1,4 @@
-"""`torc objects`: what there is to put on the table, and how to add to it."""
+"""`torc objects`: objects to put on the table, and how to add to them."""
 
 from dataclasses import dataclass
 from pathlib import Path

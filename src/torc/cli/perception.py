@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from torc.pipeline.frames.annotated import AnnotatedPicture
 
 _SHOWN = 12
-"""Pictures of the worst."""
+"""Number of the worst pictures in worst.png."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ class EvaluateCommand:
         return 0
 
     def _write(self, judged: list[tuple[AnnotatedPicture, Judged]]) -> None:
-        """scores.csv and worst.png."""
+        """Write scores.csv and worst.png."""
         import csv
 
         from torc.drawing.mask_comparison import mask_comparison

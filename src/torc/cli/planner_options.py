@@ -1,4 +1,4 @@
-"""The task planners that an option of several names means."""
+"""The task planners of an option that takes several names."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ if TYPE_CHECKING:
 
 
 def planners_of(given: Sequence[tuple[str, dict[str, Any]]], vlm: VlmOptions) -> list[BenchPlanner]:
-    """Planners by name and settings, each with its own VLM, named behind it, or that of --vlm. Raises InputError."""
+    """Return planners by name and settings, each with the VLM named behind it, or that of --vlm. Raises InputError."""
     from torc.benchmark.preflight import find_planner, split_vlm
     from torc.specs.trial import PlannerSpec
 
     named = [(*split_vlm(text), settings) for text, settings in given]
-    # Options of a VLM may be meant for those named beside planners alone.
+    # Options of a VLM may be meant only for those named beside planners.
     for_all = vlm.config() if vlm.vlm or all(own is None for _, own, _ in named) else None
     planners = []
     for name, own, settings in named:

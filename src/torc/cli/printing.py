@@ -6,23 +6,23 @@ from typing import Any
 
 
 def printable(text: str) -> str:
-    """The text with an escape for every control character but the end of a line.
+    """Return the text with an escape for every control character but line ends.
 
-    Names in strangers' files could otherwise move the cursor, change colors or clear the screen.
+    Names in strangers' files could otherwise move the cursor, change colours or clear the screen.
     """
     return "".join(c if c.isprintable() or c == "\n" else ascii(c)[1:-1] for c in text)
 
 
 def split_names(text: str) -> tuple[str, ...]:
-    """The names in an option such as "a, b"."""
+    """Return the names in an option such as "a, b"."""
     return tuple(name.strip() for name in text.split(",") if name.strip())
 
 
 def print_json(data: Any) -> None:
-    """Plain data on stdout."""
+    """Print plain data to stdout."""
     print(json.dumps(data, indent=2))
 
 
 def tell(text: str) -> None:
-    """A line on stderr, beside tables and JSON on stdout."""
+    """Print a line to stderr, beside tables and JSON on stdout."""
     print(printable(text), file=sys.stderr, flush=True)

@@ -50,7 +50,7 @@ class ValidateCommand:
     json: Annotated[bool, tyro.conf.arg(help="Print as JSON.")] = False
 
     def run(self) -> int:
-        """Check and print; returns the exit code."""
+        """Check, print, and return the exit code."""
         from torc.generation.generator import inspector_for
         from torc.generation.validation import Check, ValidationReport, oracle_check, validate_problem
         from torc.pipeline.warm_up import announced_compilation
@@ -129,7 +129,7 @@ class GalleryCommand:
     json: Annotated[bool, tyro.conf.arg(help="Print what the cards say as JSON.")] = False
 
     def run(self) -> int:
-        """Draw and write."""
+        """Draw the cards and write the pages."""
         from torc.generation.gallery import HTML, MARKDOWN, make_gallery
         from torc.generation.generator import inspector_for
         from torc.generation.inspection import Inspector
@@ -147,7 +147,7 @@ class GalleryCommand:
         def inspector(problem: Problem) -> Inspector:
             return inspector_for(self.robot, conditions.at(problem.workspace).workspace)
 
-        inspector_for(self.robot, self.workspace)  # what is unknown is refused before any work
+        inspector_for(self.robot, self.workspace)  # unknown names are refused before any work
 
         def progress(problem: Problem) -> None:
             tell(f"{names.index(problem.name) + 1} of {len(names)}: {problem.name}")

@@ -1,4 +1,4 @@
-"""`torc problems generate`: as many new problems as anyone wants."""
+"""`torc problems generate`: any number of new problems."""
 
 import re
 import sys
@@ -79,7 +79,7 @@ class GenerateCommand:
     json: Annotated[bool, tyro.conf.arg(help="Print a JSON summary instead of text.")] = False
 
     def run(self) -> int:
-        """Generate, save and sum up; returns the exit code."""
+        """Generate, save, sum up, and return the exit code."""
         from torc.generation.config import Reason
         from torc.generation.generator import (
             GeneratedProblem,
@@ -93,7 +93,7 @@ class GenerateCommand:
         from torc.specs.conditions import Conditions
 
         conditions = Conditions(robot=self.robot, workspace=self.workspace)
-        inspector = inspector_for(self.robot, self.workspace)  # what is unknown is refused before any work
+        inspector = inspector_for(self.robot, self.workspace)  # unknown names are refused before any work
         say = partial(print, file=sys.stderr if self.json else sys.stdout, flush=True)
         jobs = {job: self.out / f"{problem_name(job.config, job.seed)}.yaml" for job in self._jobs()}
         self.out.mkdir(parents=True, exist_ok=True)
@@ -172,12 +172,12 @@ class GenerateCommand:
             for category in categories
         ]
         allowed_models(configs[0])
-        # By the seed, not by its place in this call: a set that grows is the one that would have been made at once.
+        # By the seed, not by its place in this call: a set made in several calls equals one made at once.
         seeds = range(self.seed, self.seed + self.count)
         return [Job(configs[seed % len(configs)], seed) for seed in seeds]
 
     def _is_there(self, job: "Job", path: Path, inspector: "Inspector") -> bool:
-        """Whether the problem of this job has a file. Raises InputError where the file is another one's."""
+        """True if the problem of this job has a file. Raises InputError if the file holds another problem."""
         from torc.generation.generator import is_made_from, named
         from torc.problems.problem import load_problem
 

@@ -68,7 +68,7 @@ class ImportCommand:
     )
 
     def run(self) -> int:
-        """Import; returns the exit code."""
+        """Import, and return the exit code."""
         from torc.generation.generator import inspector_for
         from torc.generation.graspclutter6d.making import ImportRequest, run_import
         from torc.generation.graspclutter6d.placing import ImportConfig

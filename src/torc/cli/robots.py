@@ -1,4 +1,4 @@
-"""`torc robots`: which robots there are, and whether one of your own can work."""
+"""`torc robots`: list the robots, and check whether a user-defined one can work."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from torc.workspace.description import Workspace
 
 _LITTLE = 0.2
-"""Share of the table below which an arm's reach is doubtful."""
+"""An arm that reaches less than this share of the table gets a note."""
 _SAGS_RAD = 0.05
 _ACROSS = 5
 _ABOVE_TABLE_M = 0.05
@@ -67,7 +67,7 @@ class CheckCommand:
     json: Annotated[bool, tyro.conf.arg(help="Print the findings as JSON.")] = False
 
     def run(self) -> int:
-        """Print the findings; returns the exit code."""
+        """Print the findings and return the exit code."""
         if self.picture is not None:
             check_picture_name(self.picture, ".png")
         from torc.io.pictures import write_png
@@ -93,19 +93,19 @@ class CheckCommand:
 
 @dataclass(frozen=True)
 class _Finding:
-    """One line of the check: ok, note (it may be meant) or FAIL."""
+    """One line of the check: ok, note (it may be intended) or FAIL."""
 
     mark: Literal["ok", "note", "FAIL"]
     name: str
     detail: str
 
     def line(self) -> str:
-        """The finding for people."""
+        """Return the finding for people."""
         return f"{self.mark:<4}  {self.name:<12}  {self.detail}"
 
 
 def _parts(robot: "RobotDescription", faults: Mapping[str, list[str]]) -> list[_Finding]:
-    """What is tried when the robot is loaded."""
+    """Return the findings of loading the robot."""
     gripper, length_m = robot.gripper, float(robot.gripper.T_tool0_tcp(0.0)[2, 3])
     good = {
         "surroundings": "no floor, table or free body of its own",

@@ -50,7 +50,7 @@ class RunCommand:
     vlm: VlmOptions = field(default_factory=VlmOptions)
 
     def run(self) -> int:
-        """Run the trial; returns the exit code."""
+        """Run the trial and return the exit code."""
         planner = PlannerSpec(self.planner, self.vlm.config(), self.planner_settings)
         spec = TrialSpec(self.problem, planner, self.seed, self.conditions)
         out = self.out or Path("runs") / spec.default_name
@@ -75,7 +75,7 @@ class RunCommand:
         from torc.episode.trial import Recording, run_trial
 
         console = Console(stderr=self.json)
-        # On a terminal, a line that moves: compiling and the simulated motions take their time.
+        # On a terminal, a line that moves: compiling and the simulated motions take time.
         with console.status("preparing...") as status:
             trial = run_trial(
                 spec,

@@ -1,4 +1,4 @@
-"""`torc settings`: what can be set in each part."""
+"""`torc settings`: the settings of each part."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ class SettingsCommand:
     """Stages, names of parts, or your own as module:Class or path/to/file.py:Class; all stages if none is given."""
 
     def run(self) -> int:
-        """Print them."""
+        """Print the settings."""
         from torc.registry.kinds import CONFIGURED, STAGES
 
         for name in self.parts or (*STAGES, *CONFIGURED):
@@ -36,7 +36,7 @@ class SettingsCommand:
 
 
 def _lines(name: str) -> Iterator[str]:
-    """The settings of a stage, of every part of that name, or of somebody's own class."""
+    """Yield the settings of a stage, of every part of that name, or of a user-defined class."""
     from torc.pipeline.building import default_config
     from torc.registry.kinds import CONFIGURED, KINDS, STAGES, Kind
     from torc.registry.loading import kinds_of, load_part, load_path, part_paths

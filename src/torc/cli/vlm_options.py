@@ -65,7 +65,7 @@ class VlmOptions:
     """record: ask only for what is missing in the cache; replay: never ask, no key needed; off: always ask."""
 
     def config(self, named: str | None = None) -> VlmConfig | None:
-        """The model and how it is asked; None if none is named. `named` stands in for --vlm. Raises InputError."""
+        """Return the model and how it is asked; None if none is named. `named` replaces --vlm. Raises InputError."""
         from torc.vlm.config import VlmConfig, parse_thinking, parse_vlm
         from torc.vlm.picture_config import PictureConfig
         from torc.vlm.price_files import parse_prices
@@ -93,7 +93,7 @@ class VlmOptions:
         return config if prices is None else replace(config, prices=prices)
 
     def cache(self) -> CacheConfig | None:
-        """Where replies are kept; None if nowhere. Raises InputError."""
+        """Return where replies are kept; None if nowhere. Raises InputError."""
         from torc.vlm.cache import CacheConfig, CacheMode
 
         if self.vlm_cache is None:

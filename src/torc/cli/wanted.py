@@ -1,4 +1,4 @@
-"""The target, as options of a command tell it."""
+"""The target, from the options of a command."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 def wanted_of(
     description: str, pictures: Sequence[Path], mark: str = "", size_m: tuple[float, float] | None = None
 ) -> Wanted:
-    """What --target, --reference, --mark and --target-size tell. Raises InputError, also if they tell nothing."""
+    """Return the target of --target, --reference, --mark and --target-size. Raises InputError, also for none."""
     from torc.perception.protocol import Wanted
     from torc.perception.target import load_pictures
 
@@ -27,7 +27,7 @@ def wanted_of(
 
 
 def mark_of(text: str) -> tuple[int, ...]:
-    """The numbers of a pixel or a box; none for "". Raises InputError."""
+    """Return the numbers of a pixel or a box; none for "". Raises InputError."""
     try:
         return tuple(int(part) for part in text.split(",")) if text else ()
     except ValueError:

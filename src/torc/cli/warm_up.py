@@ -45,7 +45,7 @@ class WarmUpCommand:
 
 
 def _rehearse(conditions: Conditions) -> Look:
-    """Use the kernels of all parts around a task planner once; return the made-up look."""
+    """Run the kernels of all parts around a task planner once; return the made-up look."""
     from torc.episode.pick_view import view_of
     from torc.episode.steps import pick_request
     from torc.pipeline.building import build_system

@@ -28,7 +28,7 @@ class PageOptions:
 
 
 def check_web_libraries() -> None:
-    """Raises MissingDependencyError where the server's libraries are not installed."""
+    """Raise MissingDependencyError if the server's libraries are not installed."""
     if not all(find_spec(library) for library in ("starlette", "uvicorn")):
         raise MissingDependencyError("The local web server", extra_remedy("web"))
 
@@ -37,7 +37,7 @@ def check_web_libraries() -> None:
 def served_page(site: "Site", options: PageOptions, key: str = "") -> Iterator[None]:
     """Serve the page during the block, and say where; it shows the trial of that key.
 
-    Raises InputError where host or port cannot be used.
+    Raises InputError if host or port cannot be used.
     """
     from torc.web.app import make_app
 
@@ -47,7 +47,7 @@ def served_page(site: "Site", options: PageOptions, key: str = "") -> Iterator[N
 
 @contextmanager
 def served_app(make: Callable[[str | None, int], Any], options: PageOptions, key: str = "") -> Iterator[None]:
-    """The same for any application (a Starlette), made of a token, or None, and a port."""
+    """Serve any application (a Starlette), made from a token, or None, and a port, during the block."""
     from torc.web.access import token_for
     from torc.web.serving import address, listen, serving_app
 

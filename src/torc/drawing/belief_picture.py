@@ -14,16 +14,16 @@ _MOST = 0.85
 """Share of the heat's colour where the belief is densest."""
 _BLUR_TILES = 1.2
 _DIM, _OUTLINE = 0.6, 165.0
-"""Brightness of the image, as a share, and of the outlines, of 255."""
+"""Brightness of the image, as a share, and of the outlines, out of 255."""
 
 
 def draw_belief(
     decision: Decision, scene: SegmentedScene, labels: Mapping[int, int] | None = None
 ) -> UInt8[np.ndarray, "h w 3"] | None:
-    """The image in grey, its objects outlined and numbered, the chosen one in white, with the belief that a decision
-    rests on: violet where little of it is, yellow where most.
+    """Draw the belief that a decision rests on: violet where it is thin, yellow where it is densest.
 
-    None if the decision rests on no belief. `labels` are numbers to write in place of the ids.
+    It lies over the image in grey, with the objects outlined and numbered, the chosen one in white. None if the
+    decision rests on no belief. `labels` are numbers to write in place of the ids.
     """
     heat = _heat(decision.evidence.belief, scene.label_image.shape)
     if heat is None:
@@ -37,7 +37,7 @@ def draw_belief(
 
 
 def _grey(scene: SegmentedScene, chosen: int | None) -> Float[np.ndarray, "h w 3"]:
-    """The image, dark and without color, the objects' outlines lighter."""
+    """Return the image, dark and without colour, with lighter outlines of the objects."""
     label = np.where(np.isin(scene.label_image, scene.ids), scene.label_image, -1).astype(np.int16)
     grey = _DIM * scene.observation.rgb.astype(float).mean(axis=2)
     px = max(1, label.shape[0] // 480)
@@ -48,7 +48,7 @@ def _grey(scene: SegmentedScene, chosen: int | None) -> Float[np.ndarray, "h w 3
 
 
 def _heat(belief: BeliefEvidence | None, shape: tuple[int, ...]) -> Float[np.ndarray, "h w"] | None:
-    """How dense the belief is at each pixel, from 0 to 1 at its densest; None where there is nothing to draw."""
+    """Return the density of the belief at each pixel, 1 at its densest; None if there is nothing to draw."""
     if belief is None or belief.tile_px is None:
         return None
     tile_px, tiles = belief.tile_px, np.array(belief.tiles, dtype=float).reshape(-1, 3)

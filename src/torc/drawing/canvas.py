@@ -18,7 +18,7 @@ _OVERSAMPLING = 2
 
 
 class Canvas:
-    """A picture in the making."""
+    """A picture that is being drawn."""
 
     def __init__(self, width_px: int, height_px: int) -> None:
         self.width_px, self.height_px = width_px, height_px
@@ -28,7 +28,7 @@ class Canvas:
     def stroke(
         self, curve: Curve, color: Color, width_px: float, dash_px: tuple[float, float] | None
     ) -> None:
-        """A line through points that lie about a pixel apart; `dash_px`: length drawn, length left out."""
+        """Draw a line through points that lie about a pixel apart; `dash_px`: length drawn, length left out."""
         steps = np.linalg.norm(np.diff(curve, axis=0), axis=1)
         starts = np.cumsum(steps) - steps
         drawn = np.ones(len(starts), bool) if dash_px is None else starts % sum(dash_px) < dash_px[0]
@@ -42,7 +42,7 @@ class Canvas:
             first = last
 
     def arrow_head(self, curve: Curve, color: Color) -> None:
-        """A head at the end of a curve."""
+        """Draw an arrow head at the end of a curve."""
         tip, back = curve[-1], curve[max(0, len(curve) - 8)]
         along = (tip - back) / max(float(np.linalg.norm(tip - back)), 1e-9)
         side = np.array([-along[1], along[0]])
@@ -50,11 +50,11 @@ class Canvas:
         self._pen.polygon([v for corner in corners for v in _scaled(corner)], fill=color)
 
     def disk(self, x: float, y: float, radius_px: float, fill: Color) -> None:
-        """A filled circle."""
+        """Draw a filled circle."""
         self._pen.ellipse(_square(x, y, radius_px), fill=fill)
 
     def broken_ring(self, x: float, y: float, radius_px: float) -> None:
-        """A circle's outline in pieces."""
+        """Draw a circle's outline in pieces."""
         for start in range(0, 360, 30):
             self._pen.arc(_square(x, y, radius_px), start, start + 16, INK, round(1.6 * _OVERSAMPLING))
 
@@ -68,7 +68,7 @@ class Canvas:
         anchor: str = "mm",
         boxed: bool = False,
     ) -> float:
-        """Writes, over a blank box if wanted, and returns where the text ends. `anchor`: as Pillow's."""
+        """Write text, over a blank box if `boxed`, and return where it ends. `anchor` is Pillow's."""
         font = _font(height_px * _OVERSAMPLING)
         left, top, right, bottom = self._pen.textbbox(_scaled(at), text, font=font, anchor=anchor)
         if boxed:
@@ -77,12 +77,12 @@ class Canvas:
         return right / _OVERSAMPLING
 
     def finish(self) -> UInt8[np.ndarray, "h w 3"]:
-        """The picture."""
+        """Return the picture."""
         return np.array(self._image.reduce(_OVERSAMPLING))
 
 
 def smooth_curve(route: Curve) -> Float[np.ndarray, "m 2"]:
-    """Points of a curve through the route's waypoints, about a pixel apart (Catmull-Rom)."""
+    """Return points of a curve through the route's waypoints, about a pixel apart (Catmull-Rom)."""
     padded = np.concatenate([2 * route[:1] - route[1:2], route, 2 * route[-1:] - route[-2:-1]])
     pieces = []
     for p0, p1, p2, p3 in zip(padded, padded[1:], padded[2:], padded[3:]):

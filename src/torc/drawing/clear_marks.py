@@ -1,7 +1,7 @@
-"""Marks that hide as little as they can: for questions to models, at the resolution of the picture that is sent.
+"""Marks that hide as little as possible: for questions to models, at the resolution of the picture that is sent.
 
 Outlines in colours that differ between neighbours and never cover more than a fifth of an object, dotted lines between
-the pieces of one object, and small numbers that keep off small objects.
+the pieces of one object, and small numbers that avoid small objects.
 """
 
 from collections.abc import Iterator, Mapping
@@ -19,12 +19,12 @@ from torc.records import TARGET_ID
 
 Color = tuple[int, int, int]
 MOST_COVERED = 0.2
-"""Share of an object that its own outline may cover; else it lies around the object, on the background alone."""
+"""Largest share of an object that its own outline may cover; otherwise the outline lies around it."""
 _OUTLINES_PX = (3, 2, 1)
 _DIGIT_PX, _PADDING_PX = 15, 4
 _NEAR_PX = 40
 _APART = 60.0
-"""Distance in CIELAB from which colours differ enough."""
+"""Least distance in CIELAB at which colours differ enough."""
 _COLORS = 16
 """How many colours of the palette are tried; later ones resemble these."""
 _LEAST_PIECE_PX = 60
@@ -34,7 +34,7 @@ _DOT_PX, _DOT_STEP_PX = 2, 9
 def mark_clearly(
     rgb: UInt8[np.ndarray, "h w 3"], label: Int16[np.ndarray, "h w"], numbers: Mapping[int, int]
 ) -> UInt8[np.ndarray, "h w 3"]:
-    """A copy of an image whose pixels belong to these labels (-1: to none), with outlines, links and numbers."""
+    """Return a copy of an image, marked with outlines, links and numbers, by the label of each pixel (-1: none)."""
     image, colors = rgb.copy(), neighbour_colors(label, tuple(numbers))
     for i, color in colors.items():
         _outline(image, label, i, color)
@@ -52,7 +52,7 @@ def mark_clearly(
 
 
 def neighbour_colors(label: Int16[np.ndarray, "h w"], ids: tuple[int, ...]) -> dict[int, Color]:
-    """A colour for each id that has pixels: its own one, unless another differs more from its neighbours'."""
+    """Return a colour for each id that has pixels: its own, unless another differs more from its neighbours'."""
     near = _neighbours(label, ids)
     lab = _lab([object_color(k) for k in range(_COLORS)])
     chosen: dict[int, int] = {}
@@ -70,7 +70,7 @@ def neighbour_colors(label: Int16[np.ndarray, "h w"], ids: tuple[int, ...]) -> d
 
 
 def piece_links(mask: Bool[np.ndarray, "h w"]) -> Iterator[tuple[tuple[int, int], tuple[int, int]]]:
-    """The shortest lines, from (row, column) to (row, column), that join all pieces of a mask but specks."""
+    """Yield the shortest lines, from (row, column) to (row, column), that join all pieces of a mask except specks."""
     pieces, count = ndimage.label(mask, np.ones((3, 3)))
     areas = np.bincount(pieces.ravel(), minlength=count + 1)
     largest = [k for k in range(1, count + 1) if areas[k] >= _LEAST_PIECE_PX]
@@ -88,7 +88,7 @@ def piece_links(mask: Bool[np.ndarray, "h w"]) -> Iterator[tuple[tuple[int, int]
 
 
 def _neighbours(label: Int16[np.ndarray, "h w"], ids: tuple[int, ...]) -> dict[int, set[int]]:
-    """For each id that has pixels, the others within _NEAR_PX of them."""
+    """Return, for each id that has pixels, the others within _NEAR_PX of them."""
     found = ndimage.find_objects(label.astype(np.int32) + 1)
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * _NEAR_PX + 1, 2 * _NEAR_PX + 1))
     near: dict[int, set[int]] = {}

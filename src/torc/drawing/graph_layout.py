@@ -1,7 +1,7 @@
-"""Where the nodes of a dependency graph go on paper: layers from the target downwards, few crossings.
+"""Lay out a dependency graph on paper: layers from the target downwards, few crossings.
 
-The usual layered scheme: break cycles, layer by longest path, put invisible waypoints where an edge skips layers,
-order each layer by the mean place of its neighbours, and spread the columns.
+The usual layered scheme: break cycles, layer by longest path, put invisible waypoints where an edge skips layers, order
+each layer by the mean place of its neighbours, and spread the columns.
 """
 
 from dataclasses import dataclass
@@ -36,7 +36,7 @@ class Layout:
 
 
 def lay_out(graph: DependencyGraph) -> Layout:
-    """Layout of a graph: the target on top, every other node below those that wait for it."""
+    """Return the layout of a graph: the target on top, every other node below those that wait for it."""
     edges = [(e.source, e.target) for e in graph.edges]
     backward = _backward_edges(graph, edges)
     forward = [(b, a) if (a, b) in backward else (a, b) for a, b in edges]
@@ -64,7 +64,9 @@ def lay_out(graph: DependencyGraph) -> Layout:
 
 
 def _backward_edges(graph: DependencyGraph, edges: list[tuple[int, int]]) -> set[tuple[int, int]]:
-    """Edges into the target, and those that close a cycle on a depth-first walk from it, then from other nodes."""
+    """Return the edges into the target, and those that close a cycle on a depth-first walk from it, then from other
+    nodes.
+    """
     backward = {(a, b) for a, b in edges if b == graph.target}
     following = {k: sorted(b for a, b in edges if a == k and b != graph.target) for k in graph.ids}
     path: list[int] = []
@@ -86,7 +88,7 @@ def _backward_edges(graph: DependencyGraph, edges: list[tuple[int, int]]) -> set
 
 
 def _layers(graph: DependencyGraph, forward: list[tuple[int, int]]) -> dict[int, int]:
-    """Longest path from any node without a predecessor; the target alone is held on top."""
+    """Return each node's longest path from any node without a predecessor; only the target is kept on top."""
     layer = _pushed_down(dict.fromkeys(graph.ids, 0), forward)
     for k in graph.ids:
         below = [layer[b] for a, b in forward if a == k]
@@ -96,7 +98,7 @@ def _layers(graph: DependencyGraph, forward: list[tuple[int, int]]) -> dict[int,
 
 
 def _pushed_down(layer: dict[int, int], forward: list[tuple[int, int]]) -> dict[int, int]:
-    """The layers with each node at least one below those that lead to it."""
+    """Move each node at least one layer below those that lead to it."""
     for _ in layer:
         for a, b in forward:
             layer[b] = max(layer[b], layer[a] + 1)
@@ -104,12 +106,12 @@ def _pushed_down(layer: dict[int, int], forward: list[tuple[int, int]]) -> dict[
 
 
 def _chain(a: int, b: int, layer: dict[int, int]) -> list[_Item]:
-    """The edge's items from layer to layer: its ends and a waypoint (a, b, row) on each layer between."""
+    """Return the edge's items from layer to layer: its ends and a waypoint (a, b, row) on each layer between."""
     return [a, *((a, b, row) for row in range(layer[a] + 1, layer[b])), b]
 
 
 def _columns(rows: list[list[_Item]], links: _Links) -> dict[_Item, float]:
-    """Column per item: orders by the mean column of the neighbours above or below, alternately, kept apart."""
+    """Return a column per item: ordered by the neighbours' mean column above or below, alternately, kept apart."""
     column = {item: float(i) for row in rows for i, item in enumerate(row)}
     for sweep in range(_SWEEPS):
         down = sweep % 2 == 0
@@ -125,7 +127,7 @@ def _columns(rows: list[list[_Item]], links: _Links) -> dict[_Item, float]:
 
 
 def _spread(wishes: list[float], items: list[_Item]) -> dict[_Item, float]:
-    """Columns as close to the wishes as the gaps allow, in the given order; waypoints take less room than nodes."""
+    """Return columns as close to the wishes as the gaps allow, in the given order; waypoints take less room."""
     gaps = [1.0 if isinstance(a, int) and isinstance(b, int) else 0.6 for a, b in pairwise(items)]
     offsets = np.concatenate([[0.0], np.cumsum(gaps)])[: len(items)]
     placed = isotonic_regression(np.array(wishes) - offsets).x if items else offsets

@@ -28,16 +28,16 @@ _DASHES_PX: Mapping[EdgeKind, tuple[float, float] | None] = {
     EdgeKind.MAY_BE: (2.5, 5.0),
 }
 _LANE_PX = 13.0
-"""How far an edge keeps to its side where another one runs the other way."""
+"""Sideways shift of an edge, pixels, where another one runs the other way."""
 _WEIGHT_PLACES = (0.6, 0.7, 0.5, 0.8, 0.4, 0.3, 0.2, 0.9)
-"""Where on its edge a weight may stand, the best place first."""
+"""Places of a weight along its edge, the best first."""
 
 _DIGITS_IN_DISK = 3
-"""As many digits fit a node's disk at full height; longer numbers are written smaller."""
+"""This many digits fit a node's disk at full height; longer numbers are written smaller."""
 _COLUMN_PX, _ROW_PX = 84, 118
 _RADIUS_PX, _MARGIN_PX, _TEXT_PX = 23, 46, 13
 _MIN_WIDTH_PX = 640
-"""So that the legend fits."""
+"""Wide enough for the legend."""
 _Box = tuple[float, float, float, float]
 """Left, top, right, bottom."""
 
@@ -48,17 +48,17 @@ def draw_graph(
     chosen: int | None = None,
     labels: Mapping[int, int] | None = None,
 ) -> UInt8[np.ndarray, "h w 3"]:
-    """A picture of the graph: the target on top, what it waits for below it.
+    """Draw the graph: the target on top, what it waits for below it.
+
+    Nodes have the object's colour in the marked image; graspable ones have a solid outline, others a broken one. Edges
+    are coloured and dashed by kind and carry their weight, unless they are their node's only one. Whatever the target
+    does not wait for is pale.
 
     Args:
         graph: the graph.
         probabilities: p(sink) by id, written under the sinks.
         chosen: id of the object to pick next; ringed in green.
-        labels: numbers to write in place of the ids; where they are given, a hidden target without one is "?".
-
-    Nodes have the object's colour in the marked image; graspable ones a solid outline, others a broken one. Edges
-    are coloured and dashed by kind and carry their weight, unless they are their node's only one. What the target
-    does not wait for is pale.
+        labels: numbers to write in place of the ids; a hidden target without one is then "?".
     """
     picture = _GraphPicture(lay_out(graph), labels or {})
     awaited, p = _awaited(graph), probabilities or {}
@@ -100,17 +100,17 @@ class _GraphPicture:
             self.taken.append(_around(x, y + _RADIUS_PX + 12, 3.6 * _TEXT_PX, _TEXT_PX))
 
     def at(self, place: tuple[float, int]) -> tuple[float, float]:
-        """Pixel of a place."""
+        """Return the pixel of a place."""
         return self.left + place[0] * _COLUMN_PX, _MARGIN_PX + _RADIUS_PX + place[1] * _ROW_PX
 
     def edge(self, edge: DependencyEdge, bold: bool, pale: bool) -> None:
-        """The edge from rim to rim, with its head."""
+        """Draw an edge from rim to rim, with its head."""
         curve, color = self._curve(edge), _edge_color(edge.kind, pale)
         self.canvas.stroke(curve, color, 2.6 if bold else 1.8, _DASHES_PX[edge.kind])
         self.canvas.arrow_head(curve, color)
 
     def weight(self, edge: DependencyEdge, pale: bool) -> None:
-        """The weight beside its edge, at the first of a few places where it covers nothing."""
+        """Write the weight beside its edge, at the first of a few places where it covers nothing."""
         curve = self._curve(edge)
         text = f"{edge.weight:.2f}".lstrip("0") if edge.weight >= 0.01 else "<.01"
         w, h = 0.62 * _TEXT_PX * len(text), 1.1 * _TEXT_PX
@@ -121,7 +121,7 @@ class _GraphPicture:
         self.canvas.text((x, y), text, _TEXT_PX, _edge_color(edge.kind, pale), boxed=True)
 
     def node(self, node: DependencyNode, is_target: bool, probability: float | None, chosen: bool) -> None:
-        """The node's disk with its id, and what is to be said above and below it."""
+        """Draw the node's disk with its id, and the text above and below it."""
         x, y = self.at(self.layout.places[node.id])
         self._disk(node, x, y, chosen)
         room = _RADIUS_PX + (17 if chosen else 12)
@@ -133,7 +133,7 @@ class _GraphPicture:
             self.canvas.text((x, y + room), f"p = {probability:.2f}", _TEXT_PX, ink, boxed=True)
 
     def legend(self, kinds: set[EdgeKind]) -> None:
-        """One line at the bottom: what the edges and outlines mean."""
+        """Write one line at the bottom: the meaning of edges and outlines."""
         canvas, px = self.canvas, _TEXT_PX
         x, y = 16.0, canvas.height_px - 1.3 * px
         for kind in EdgeKind:
@@ -164,7 +164,7 @@ class _GraphPicture:
         canvas.text((x, y), label, px, PAPER if dark else INK)
 
     def _curve(self, edge: DependencyEdge) -> Float[np.ndarray, "n 2"]:
-        """Points of the edge from rim to rim; of two that run both ways, each keeps to one side."""
+        """Return points of the edge from rim to rim; of two that run both ways, each keeps to one side."""
         route = np.array([self.at(p) for p in self.layout.routes[(edge.source, edge.target)]])
         if (edge.target, edge.source) in self.layout.routes:
             along = (route[-1] - route[0]) / np.linalg.norm(route[-1] - route[0])
@@ -179,7 +179,7 @@ class _GraphPicture:
 
 
 def _awaited(graph: DependencyGraph) -> set[int]:
-    """The target and all that it waits for, directly or not."""
+    """Return the target and everything that it waits for, directly or not."""
     found, todo = {graph.target}, [graph.target]
     while todo:
         new = {e.target for e in graph.out_edges(todo.pop())} - found
@@ -198,7 +198,7 @@ def _around(x: float, y: float, w: float, h: float) -> _Box:
 
 
 def _overlaps(a: Float[np.ndarray, "n 4"], b: Float[np.ndarray, "m 4"]) -> Float[np.ndarray, "n m"]:
-    """Common area of each box of the first with each of the second."""
+    """Return the common area of each box in a with each box in b."""
     low = np.maximum(a[:, None, :2], b[None, :, :2])
     high = np.minimum(a[:, None, 2:], b[None, :, 2:])
     return np.maximum(high - low, 0.0).prod(axis=2)

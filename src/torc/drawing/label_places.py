@@ -1,4 +1,4 @@
-"""Where the number of each mask goes: inside its mask, never over another number."""
+"""Find a place for the number of each mask: inside its mask, never over another number."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -13,15 +13,19 @@ Size = tuple[int, int]
 Window = tuple[slice, slice]
 """Rows and columns of a part of the image."""
 Try = tuple[Window, Bool[np.ndarray, "h w"], Size, bool, bool]
-"""Where a box may lie: part of the image, pixels in it, size, whether all of the box must lie on those, and whether
-that is beside the mask.
+"""Where a box may lie: part of the image, allowed pixels in it, size, whether all of the box must lie on those, and
+whether that is beside the mask.
 """
 
 
 @dataclass(frozen=True)
 class LabelPlace:
-    """A number's box (upper left pixel, height and width), the mask pixel where it would be best, and whether the box
-    lies beside the mask, tied to that pixel by a line.
+    """Where a number goes.
+
+    Attributes:
+        row, col, size: its box: upper left pixel, (height, width).
+        anchor: the mask pixel where it would be best.
+        leader: the box lies beside the mask, tied to the anchor by a line.
     """
 
     row: int
@@ -32,8 +36,9 @@ class LabelPlace:
 
 
 def mask_anchor(mask: Bool[np.ndarray, "h w"]) -> tuple[int, int]:
-    """The mask pixel nearest to the centre of mass; for rings and crescents, where that is near the rim, the mask's
-    thickest place. Raises ValueError for an empty mask.
+    """Return the mask pixel nearest to the centre of mass, or the mask's thickest place if that is near the rim.
+
+    Rings and crescents need the latter. Raises ValueError for an empty mask.
     """
     rows, cols = np.nonzero(mask)
     if rows.size == 0:
@@ -54,13 +59,16 @@ def place_labels(
     sizes: Mapping[int, tuple[Size, Size]],
     most_hidden: float | None = None,
 ) -> dict[int, LabelPlace]:
-    """A place for the number of each id that has pixels, smallest masks first, for they have least choice. `sizes`: per
-    id the preferred size of its number's box, and a smaller one.
+    """Place the number of each id that has pixels, smallest masks first because they have the least choice.
 
     Tried in turn: wholly inside the mask; centred in it; beside it on free ground; beside it anywhere. With
-    `most_hidden`, a share: inside the mask only if it hides no more of it than that; beside it on free ground; beside
-    it where it hides no more than that of any object; inside all the same. A number that finds no room at all is left
-    out (only in images hardly larger than a number).
+    `most_hidden`: inside the mask if it hides no larger share of it; beside it on free ground; beside it where it hides
+    no larger share of any object; inside anyway. A number without any room is left out (only in tiny images).
+
+    Args:
+        label_image: object id per pixel.
+        sizes: per id the preferred size of its number's box, and a smaller one.
+        most_hidden: largest share of an object that a number may hide; None for no limit.
     """
     found = ndimage.find_objects(label_image.astype(np.int32) + 1)
     windows = {i: found[i] for i in sizes if i < len(found) and found[i] is not None}
@@ -88,7 +96,7 @@ def _tries(
     count: int,
     sizes: tuple[Size, Size],
 ) -> Iterator[Try]:
-    """Where a box may lie, the best first."""
+    """Yield the places where a box may lie, the best first."""
     shape, (large, small) = label_image.shape, sizes
     area = _grown(window, max(*large, *small), shape)
     mask = label_image[area] == object_id
@@ -110,7 +118,7 @@ def _sparing_tries(
     counts: Mapping[int, int],
     limits: tuple[Size, float],
 ) -> Iterator[Try]:
-    """The same where a box (of the size in `limits`) may hide at most a share of an object (the other limit)."""
+    """Yield such places if a box may hide at most a share of an object; `limits`: the box's size and that share."""
     shape, (size, most_hidden) = label_image.shape, limits
     box_px = size[0] * size[1]
     spared = [i for i, count in counts.items() if box_px > most_hidden * count]
@@ -128,13 +136,13 @@ def _sparing_tries(
 
 
 def _grown(window: Window, px: int, shape: tuple[int, ...]) -> Window:
-    """The window with a border, within an image of that shape."""
+    """Return the window with a border, within an image of that shape."""
     rows, cols = (slice(max(w.start - px, 0), min(w.stop + px, n)) for w, n in zip(window, shape))
     return rows, cols
 
 
 def _corners(mask: Bool[np.ndarray, "h w"], size: Size, whole: bool) -> Bool[np.ndarray, "h w"]:
-    """Upper left pixels of the boxes inside the picture that lie wholly (or with their centre) in the mask."""
+    """Return the upper left pixels of boxes in the picture that lie wholly (or with their centre) in the mask."""
     height, width = size
     rows, cols = mask.shape[0] - height + 1, mask.shape[1] - width + 1
     out = np.zeros(mask.shape, dtype=bool)
@@ -157,7 +165,7 @@ def _nearest(
     taken: Iterable[LabelPlace],
     window: Window,
 ) -> tuple[int, int] | None:
-    """The corner in a window whose box is centred nearest to the anchor, a pixel away from every box so far."""
+    """Return the corner in a window whose box is centred nearest to the anchor, a pixel away from every box so far."""
     height, width = size
     top, left = window[0].start, window[1].start
     for place in taken:

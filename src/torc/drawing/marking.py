@@ -1,4 +1,4 @@
-"""The marked image: what a person or a VLM is shown of a segmented scene."""
+"""The marked image: how a segmented scene is shown to a person or a VLM."""
 
 from collections.abc import Mapping
 from math import ceil
@@ -12,7 +12,7 @@ from torc.drawing.palette import object_color
 from torc.errors import InputError
 from torc.records import MAX_OBJECTS, SegmentedScene
 
-# Own digits, because a library's font changes with its version, and so would images.
+# Own digits: a library's font changes with its version, and the images would change with it.
 # 5 x 7 cells per digit, one row of digits after another, '#' is ink.
 _GLYPHS = """
 .###. ..#.. .###. ##### ...#. ##### ..##. ##### .###. .###.
@@ -27,30 +27,32 @@ _SUPERSAMPLING = 12
 
 
 _TINT, _FAINT_TINT = 0.4, 0.2
-"""Share of an object's colour over its pixels; of the others' when one is highlighted."""
+"""Share of an object's colour over its pixels; of the other objects' colours when one is highlighted."""
 _OUTLINE_PX, _DIGIT_PX, _SMALL_DIGIT_PX, _PADDING_PX = 2, 13, 9, 3
-"""For an image 480 pixels high: thickness of the outline inside a mask, height of the numbers, of those where a mask
-has no room for that, black around a number.
+"""Pixels in an image 480 pixels high: outline inside a mask, height of the numbers, their height where a mask has no
+room for that, black around a number.
 """
 _THIN_PX, _SMALL_PADDING_PX = 1, 2
-"""The same where colours are left alone: outline, and black around a number."""
+"""Outline and black around a number, pixels, where colours are unchanged."""
 SMALL_SHARE = 0.12
-"""Where colours are left alone a number may hide at most this share of an object; else it stands beside it."""
+"""Where colours are unchanged, a number may hide at most this share of an object; else it stands beside it."""
 
 
 def mark_image(
     scene: SegmentedScene, highlight: int | None = None, labels: Mapping[int, int] | None = None
 ) -> UInt8[np.ndarray, "h w 3"]:
-    """The colour image with every object tinted and outlined in its own colour and numbered with its id.
+    """Return the colour image with every object tinted and outlined in its own colour and numbered with its id.
 
     The id stands in white digits in a black box inside the object's mask; where it does not fit, beside the mask, tied
     to it by a thin line. Boxes never overlap. Objects without pixels are skipped.
 
     Args:
+        scene: the scene.
         highlight: id of an object to bring out: a thick outline within a white one, the others fainter.
         labels: numbers to write in place of the ids, not negative; ids that have none keep their own.
 
-    Raises InputError if the highlighted object is not in the scene.
+    Raises:
+        InputError: the highlighted object is not in the scene.
     """
     if highlight is not None and highlight not in scene.ids:
         raise InputError(f"Cannot highlight object {highlight}: visible are {list(scene.ids)}.")
@@ -67,10 +69,10 @@ def mark_pixels(
     *,
     outlines_only: bool = False,
 ) -> UInt8[np.ndarray, "h w 3"]:
-    """A copy of an image whose pixels belong to these labels (-1: to none), marked as by `mark_image`.
+    """Return a copy of an image marked like `mark_image`, by the label of each pixel (-1: none).
 
-    `outlines_only` leaves the colours alone: a thin outline along each mask's rim, and a small number, in the mask if
-    it hides little of it, else beside it with a line. All other pixels stay as they are.
+    `outlines_only` keeps the colours: a thin outline along each mask's rim, and a small number, in the mask if it hides
+    little of it, else beside it with a line. All other pixels are unchanged.
     """
     scale = _scale(label.shape, outlines_only)
     image = rgb.copy() if outlines_only else _tint(rgb, label, highlight)
@@ -87,8 +89,8 @@ def write_numbers(
     *,
     small: bool = False,
 ) -> None:
-    """Writes a number into, or beside, each of these labels' masks, in place; as `mark_image`, `small` as
-    `mark_pixels` with outlines only.
+    """Write a number into, or beside, the mask of each label, in place. `small` as for `outlines_only` in
+    `mark_pixels`.
     """
     boxes = number_boxes(label.shape, numbers, small=small)
     places = number_places(label, numbers, small=small)
@@ -102,7 +104,7 @@ def write_numbers(
 def number_places(
     label: Int16[np.ndarray, "h w"], numbers: Mapping[int, int], *, small: bool = False
 ) -> dict[int, LabelPlace]:
-    """Where `write_numbers` writes these numbers."""
+    """Return where `write_numbers` writes these numbers."""
     boxes = number_boxes(label.shape, numbers, small=small)
     sizes = {i: (large.shape, tight.shape) for i, (large, tight) in boxes.items()}
     return place_labels(label, sizes, SMALL_SHARE if small else None)
@@ -111,7 +113,7 @@ def number_places(
 def number_boxes(
     shape: tuple[int, ...], numbers: Mapping[int, int], *, small: bool = False
 ) -> dict[int, tuple[UInt8[np.ndarray, "a b"], UInt8[np.ndarray, "c d"]]]:
-    """The box of each number in an image of that height and width, as it should be, and where room is short."""
+    """Return the boxes of each number in an image of that shape: the preferred one, and one for little room."""
     scale = _scale(shape, small)
     heights = (_SMALL_DIGIT_PX, _SMALL_DIGIT_PX) if small else (_DIGIT_PX, _SMALL_DIGIT_PX)
     padding = round((_SMALL_PADDING_PX if small else _PADDING_PX) * scale)
@@ -120,14 +122,14 @@ def number_boxes(
 
 
 def _scale(shape: tuple[int, ...], thin: bool) -> float:
-    """How many times the sizes above. Thin marks go by the longest side: crops are wide and low."""
+    """Return the factor on the sizes above. Thin marks go by the longest side: crops are wide and low."""
     return max(1.0, max(shape[0] / 480, shape[1] / 640) if thin else shape[0] / 480)
 
 
 def _tint(
     rgb: UInt8[np.ndarray, "h w 3"], label: Int16[np.ndarray, "h w"], highlight: int | None
 ) -> UInt8[np.ndarray, "h w 3"]:
-    """A copy of the image with the objects tinted."""
+    """Return a copy of the image with the objects tinted."""
     share = np.full(MAX_OBJECTS, _TINT if highlight is None else _FAINT_TINT)
     if highlight is not None:
         share[highlight] = _TINT
@@ -150,7 +152,7 @@ def _outline(
 
 
 def rim(label: np.ndarray, px: int) -> Bool[np.ndarray, "h w"]:
-    """Pixels (h, w) of a label image or mask within px of another label or of the image's border."""
+    """Return the pixels (h, w) of a label image or mask within px of another label or of the image's border."""
     padded = np.pad(label, px, constant_values=-3 if label.dtype == np.int16 else 0)
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * px + 1, 2 * px + 1))
     inner = (slice(px, -px), slice(px, -px))
@@ -158,7 +160,7 @@ def rim(label: np.ndarray, px: int) -> Bool[np.ndarray, "h w"]:
 
 
 def number_image(number: int, height_px: int) -> UInt8[np.ndarray, "h w"]:
-    """Ink (0..255) of a number's digits, `height_px` high, without a border."""
+    """Return the ink (0..255) of a number's digits, `height_px` high, without a border."""
     rows = [line.split() for line in _GLYPHS.split("\n") if line]
     gap = "."
     text = [gap.join(row[int(digit)] for digit in str(number)) for row in rows]
@@ -169,14 +171,14 @@ def number_image(number: int, height_px: int) -> UInt8[np.ndarray, "h w"]:
 
 
 def number_box(number: int, digit_px: int, padding_px: int) -> UInt8[np.ndarray, "h w"]:
-    """White digits on black, at least as wide as high."""
+    """Return white digits on black, at least as wide as high."""
     ink = np.pad(number_image(number, digit_px), padding_px)
     missing = max(0, ink.shape[0] - ink.shape[1])
     return np.pad(ink, ((0, 0), (missing // 2, missing - missing // 2)))
 
 
 def _draw_leaders(image: UInt8[np.ndarray, "h w 3"], places: dict[int, LabelPlace]) -> None:
-    """Lines in the objects' colours, lined with black, from the boxes beside their masks to them."""
+    """Draw lines in the objects' colours, edged with black, to the masks from the boxes beside them."""
     for i, place in places.items():
         if place.leader:
             start = (place.col + place.size[1] // 2, place.row + place.size[0] // 2)

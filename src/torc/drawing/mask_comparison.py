@@ -1,4 +1,4 @@
-"""Masks that were found beside the true ones, for people to look at."""
+"""Found masks beside the true ones, for people to look at."""
 
 from collections.abc import Sequence
 
@@ -10,11 +10,11 @@ from torc.drawing.palette import object_color
 from torc.records import MAX_OBJECTS
 
 Compared = tuple[UInt8[np.ndarray, "h w 3"], Int16[np.ndarray, "h w"], Int16[np.ndarray, "h w"]]
-"""A picture, its true labels, and those that were found; below 0 for none."""
+"""A picture, its true labels, and the labels that were found; below 0 for none."""
 
 
 def mask_comparison(rows: Sequence[Compared], width: int = 1200) -> UInt8[np.ndarray, "h w 3"]:
-    """A row per picture: as it is, with the true masks, with those that were found. Raises ValueError for none."""
+    """Draw a row per picture: unmarked, with the true masks, with the found masks. Raises ValueError without rows."""
     if not rows:
         raise ValueError("There is nothing to compare.")
     return np.vstack([_row(*row, width) for row in rows])

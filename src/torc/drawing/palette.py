@@ -3,8 +3,8 @@
 from torc.errors import InputError
 from torc.records import MAX_OBJECTS
 
-# Red is the target's; the others keep away from red. Chosen greedily, each as far as possible (CIELAB, the smallest
-# of normal sight, deuteranopia and protanopia) from all before it and from a grey table: low ids differ most.
+# Red is the target's; the others avoid red. Chosen greedily, each as far as possible (CIELAB, the smallest distance
+# in normal sight, deuteranopia and protanopia) from all before it and from a grey table: low ids differ most.
 _COLORS = """
 e11923 6900ff 00ffc3 f0f000 7896ff b40078 69e1ff ffc369 69a569 693cc3 d287b4 1e78b4 b4a500 00780f 964b5a 4bf0e1
 b43cff e100b4 d2e196 f0a596 78b4f0 96a54b ffe15a ff2d96 d24be1 b4d200 96694b 2d9696 f078d2 5ad24b 963c96 692de1
@@ -14,7 +14,7 @@ b43cff e100b4 d2e196 f0a596 78b4f0 96a54b ffe15a ff2d96 d24be1 b4d200 96694b 2d9
 
 
 def object_color(object_id: int) -> tuple[int, int, int]:
-    """RGB colour of an object id, 0..255 each. Raises InputError for an id outside 0..63."""
+    """Return the RGB colour of an object id, 0..255 each. Raises InputError for an id outside 0..63."""
     if not 0 <= object_id < MAX_OBJECTS:
         raise InputError(f"Object id {object_id} has no colour; ids are 0..{MAX_OBJECTS - 1}.")
     code = _COLORS.split()[object_id]

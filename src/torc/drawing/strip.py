@@ -1,4 +1,4 @@
-"""The picture strip of an episode: what the planner saw at each pick, what it chose, what came of it."""
+"""The picture strip of an episode: at each pick the planner's view, its choice, and the outcome."""
 
 import textwrap
 from dataclasses import dataclass
@@ -31,7 +31,7 @@ Crop = tuple[slice, slice]
 
 
 def crop_around_objects(label_image: Int16[np.ndarray, "h w"], margin_px: int = 28) -> Crop:
-    """The objects with a margin, in the image's own aspect ratio; the whole image if there are none."""
+    """Return the part with the objects and a margin, in the image's aspect ratio; the whole image without objects."""
     height, width = label_image.shape
     rows, cols = np.nonzero(label_image >= 0)
     if rows.size == 0:
@@ -45,7 +45,7 @@ def crop_around_objects(label_image: Int16[np.ndarray, "h w"], margin_px: int = 
 
 
 def picture_strip(frames: list[Frame]) -> UInt8[np.ndarray, "h w 3"]:
-    """All picks side by side, at most COLUMNS a row."""
+    """Return all picks side by side, at most COLUMNS in a row."""
     panels = [_panel(frame) for frame in frames]
     columns = min(COLUMNS, len(panels))
     panels += [np.full_like(panels[0], _PAPER[0])] * (-len(panels) % columns)

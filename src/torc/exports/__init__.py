@@ -1,1 +1,1 @@
-"""Recorded trials as data for other people's programs: fine-tuning examples, preference pairs, robot trajectories."""
+"""Recorded trials as data for other programs: fine-tuning examples, preference pairs, robot trajectories."""

@@ -1,7 +1,7 @@
 """Examples for fine-tuning and preference pairs, as a Hugging Face imagefolder: pictures, and a line for each.
 
 An example for supervised fine-tuning is the marked image, VLM-SELECT's prompt, and the answer that brought success. A
-preference pair is where ORACLE or a person chose otherwise than another planner at the same look.
+preference pair is a look at which ORACLE or a person chose otherwise than another planner.
 """
 
 import json
@@ -20,7 +20,7 @@ from torc.vlm.config import DEFAULT_QUESTIONS
 from torc.vlm.select import VlmSelectPlanner
 
 PROMPT = f"{VlmSelectPlanner.form.planner}-{DEFAULT_QUESTIONS}"
-"""Name of the prompt that is exported: VLM-SELECT's."""
+"""Name of the exported prompt: VLM-SELECT's."""
 _UNSAFE = re.compile(r"[^A-Za-z0-9_.-]+")
 _State = tuple[str, int, str, tuple[int, ...]]
 _Choices = dict[int, tuple[Source, int]]
@@ -28,16 +28,16 @@ _Choices = dict[int, tuple[Source, int]]
 
 
 def chosen_object(pick: RecordedPick) -> int | None:
-    """The object that the planner chose, if it is one in the picture: else no answer can name it."""
+    """Return the object that the planner chose, if it is in the picture; otherwise no answer can name it."""
     chosen = pick.decided.object_id if pick.decided is not None else None
     return chosen if chosen in {o.id for o in pick.looked.objects} else None
 
 
 def answer_text(trial: RecordedTrial, number: int) -> str:
-    """The plan that the trial followed from that pick on, in the form that the prompt asks for.
+    """Return the plan that the trial followed from that pick on, in the form that the prompt asks for.
 
-    It begins with the object chosen then. Of the later picks, it names those that brought out an object which this
-    picture shows (or the target): only what has a number in the picture can be named.
+    It begins with the object chosen then. Of the later picks it names those that brought out an object in this picture
+    (or the target): others have no number there.
     """
     pick = trial.pick(number)
     looked, chosen = pick.looked, chosen_object(pick)
@@ -56,9 +56,9 @@ def answer_text(trial: RecordedTrial, number: int) -> str:
 
 
 def thoughts(looked: LookedLine, chosen: int) -> str:
-    """Why that object first, in a few sentences: what the robot's sensors told, whoever decided.
+    """Explain in a few sentences why that object comes first: by the robot's sensors, whoever decided.
 
-    A planner's own reasons are not used: many speak of what no picture shows.
+    A planner's own reasons are not used: many refer to what no picture shows.
     """
     target = f"object {TARGET_ID}"
     if chosen == TARGET_ID:
@@ -80,8 +80,13 @@ def thoughts(looked: LookedLine, chosen: int) -> str:
 
 @dataclass(frozen=True)
 class Row:
-    """One example: `name` is that of its picture, a PNG; `facts` are the other columns, the same for every row;
-    `sources` are the trials that it was made of.
+    """One example.
+
+    Attributes:
+        split, problem: where it belongs.
+        name, picture: its picture, a PNG.
+        facts: the other columns, the same for every row.
+        sources: the trials that it was made from.
     """
 
     split: str
@@ -93,7 +98,7 @@ class Row:
 
 
 def finetuning_rows(sources: Iterable[Source], every: bool, test_share: float) -> Iterator[Row]:
-    """A row per pick that brought the chosen object out; per pick with an answer at all, if `every`."""
+    """Yield a row per pick that brought the chosen object out; per pick with any answer, if `every`."""
     for source in sources:
         trial = source.trial
         for number, pick in enumerate(trial.picks):
@@ -124,11 +129,11 @@ def finetuning_rows(sources: Iterable[Source], every: bool, test_share: float) -
 
 
 def preference_rows(sources: Iterable[Source], test_share: float) -> Iterator[Row]:
-    """A row per look, expert's choice and other planner's choice that differ.
+    """Yield a row for each pair of differing choices of an expert and another planner at one look.
 
-    The same look is: same problem, seed, digest of what the camera and the grasp planner gave, and graspable objects;
-    only trials with the same picks so far come to that. An expert's pick counts where it brought the object out, in a
-    trial that retrieved the target; another planner's counts always, as long as it named an object in the picture.
+    Looks are equal if problem, seed, digest of the outputs of camera and grasp planner, and graspable objects are; only
+    trials with the same picks so far reach that. An expert's pick counts if it brought the object out, in a trial that
+    retrieved the target; another planner's always counts if it named an object in the picture.
     """
     experts: dict[_State, _Choices] = {}
     others: dict[_State, _Choices] = {}
@@ -168,7 +173,7 @@ def preference_rows(sources: Iterable[Source], test_share: float) -> Iterator[Ro
 
 
 def write_rows(directory: Path, rows: Iterator[Row]) -> dict[str, int]:
-    """Writes `<split>/<name>.png` and `<split>/metadata.jsonl`; how many rows each split has."""
+    """Write `<split>/<name>.png` and `<split>/metadata.jsonl`; return the number of rows of each split."""
     counts = dict.fromkeys(SPLITS, 0)
     for row in rows:
         folder = directory / row.split

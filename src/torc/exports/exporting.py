@@ -1,4 +1,4 @@
-"""From a directory of trials to a directory of data."""
+"""Export a directory of trials to a directory of data."""
 
 import os
 import shutil
@@ -22,11 +22,17 @@ FACTS = "export.json"
 
 @dataclass(frozen=True)
 class ExportSpec:
-    """What is exported: `every` takes trials that did not retrieve the target, and picks that brought nothing out, too.
+    """What is exported.
 
-    If no planners are named all planners' trials count, but for sft only experts', if there are any and not `every`: a
-    bad teacher retrieves the target, too, with more picks. Raises InputError for a share that is none, and for
-    planners with pairs, which need experts and others.
+    Attributes:
+        format: the kind of data.
+        every: also take trials that did not retrieve the target, and picks that brought nothing out.
+        test_share: share of the problems in the test split.
+        planners: whose trials count. If empty all do, but for sft only experts', if there are any and not `every`: a
+            bad teacher retrieves the target, too, with more picks.
+
+    Raises:
+        InputError: the share is invalid, or planners are named for pairs, which need experts and others.
     """
 
     format: Format
@@ -43,12 +49,12 @@ class ExportSpec:
 
 
 def export_trials(root: Path, out: Path, spec: ExportSpec, overwrite: bool = False) -> dict[str, Any]:
-    """Write the trials below `root` to `out` as data; what was done, as it stands in export.json.
+    """Write the trials below `root` to `out` as data; return a summary, as in export.json.
 
-    Raises InputError: nothing is there to be exported, a trial cannot be read, or `out` cannot be written.
+    Raises InputError: there is nothing to export, a trial cannot be read, or `out` cannot be written.
     """
     with _new_directory(out, overwrite) as directory:
-        # A rejected choice mostly stands in a trial that failed, so pairs look at all of them.
+        # A rejected choice is mostly in a trial that failed, so pairs consider all of them.
         sources = _chosen(list(select_trials(root, spec.every or spec.format == "pairs")), spec)
         if spec.format == "lerobot":
             from torc.exports.lerobot import has_motion, write_lerobot  # its library is an extra's
@@ -72,7 +78,7 @@ def export_trials(root: Path, out: Path, spec: ExportSpec, overwrite: bool = Fal
 
 
 def _noting(rows: Iterator[Row], used: dict[str, Source]) -> Iterator[Row]:
-    """The rows, while the trials that they were made of are added to `used`."""
+    """Yield the rows, and add the trials that they were made from to `used`."""
     for row in rows:
         used.update({source.key: source for source in row.sources})
         yield row
@@ -80,7 +86,7 @@ def _noting(rows: Iterator[Row], used: dict[str, Source]) -> Iterator[Row]:
 
 @contextmanager
 def _new_directory(out: Path, overwrite: bool) -> Iterator[Path]:
-    """A directory to fill; it gets the name `out` when the block ends well, and is removed when it does not."""
+    """Provide a directory to fill; it is renamed to `out` when the block succeeds, and removed when it fails."""
     check_place(out, overwrite, FACTS, "export")
     aside = out.with_name(f".{out.name}.partial")
     with claim(aside, "lock", "unfinished export"):
@@ -96,7 +102,7 @@ def _new_directory(out: Path, overwrite: bool) -> Iterator[Path]:
 
 
 def _chosen(sources: list[Source], spec: ExportSpec) -> list[Source]:
-    """The trials of the planners that are named, else of experts; all where no expert played."""
+    """Return the trials of the named planners, else of experts; all if no expert played."""
     known = sorted({source.planner for source in sources})
     for name in spec.planners:
         if name not in known:

@@ -1,7 +1,7 @@
 """A LeRobotDataset v3 of recorded trials: an episode per trial, a frame per camera frame.
 
-The files are written here, without the lerobot library, which brings PyTorch along. A data file and a video file per
-episode: the videos are the trials' own, not encoded anew.
+The files are written here, without the lerobot library, which depends on PyTorch. Each episode has a data file and a
+video file: the videos are the trials' own, not encoded anew.
 """
 
 import itertools
@@ -41,7 +41,7 @@ _QUANTILES = {"q01": 0.01, "q10": 0.1, "q50": 0.5, "q90": 0.9, "q99": 0.99}
 
 @dataclass(frozen=True)
 class _Episode:
-    """One trial as an episode; `task` says what the robot was to do, `size` is height and width of the video."""
+    """One trial as an episode; `task` is the robot's task in words, `size` is height and width of the video."""
 
     source: Source
     split: str
@@ -52,7 +52,7 @@ class _Episode:
 
 
 def write_lerobot(directory: Path, sources: Iterable[Source], test_share: float) -> dict[str, int]:
-    """Writes the dataset of those trials that have a trajectory, the train split first; episodes per split.
+    """Write the dataset of those trials that have a trajectory, the train split first; return episodes per split.
 
     Raises InputError: a trajectory or video is damaged, or the trials are of different robots.
     """
@@ -73,8 +73,9 @@ def write_lerobot(directory: Path, sources: Iterable[Source], test_share: float)
 
 
 def _features(motion: RecordedMotion) -> dict[str, np.ndarray]:
-    """What LeRobot's policies see and do, a row per frame. Actions are what joints and gripper were told between a
-    frame and the next one; the last frame repeats its own command.
+    """Return what LeRobot's policies see and do, a row per frame.
+
+    Actions are the commands to joints and gripper between a frame and the next one; the last frame repeats its own.
     """
     told = np.column_stack([motion.commanded_qpos, motion.commanded_width_m]).astype(np.float32)
     return {
@@ -86,7 +87,7 @@ def _features(motion: RecordedMotion) -> dict[str, np.ndarray]:
 
 
 def has_motion(source: Source) -> bool:
-    """Whether the trial was recorded with its trajectory, so that it gives an episode."""
+    """True if the trial was recorded with its trajectory, so that it gives an episode."""
     path = source.trial.directory / TRAJECTORY
     return path.is_file() and not path.is_symlink()
 
@@ -117,7 +118,7 @@ def _episode(source: Source, test_share: float) -> _Episode | None:
 def _write_episode(
     directory: Path, episode: _Episode, index: int, first: int, tasks: Sequence[str]
 ) -> dict[str, Any]:
-    """Its data and video; returns its line of meta/episodes."""
+    """Write an episode's data and video; return its line of meta/episodes."""
     motion, n = episode.motion, len(episode.motion)
     place = {"chunk_index": index // _CHUNK, "file_index": index % _CHUNK}
     data = directory / _DATA.format(**place)
@@ -164,7 +165,7 @@ def _write_meta(
     meta = directory / "meta"
     (meta / "episodes" / "chunk-000").mkdir(parents=True)
     pq.write_table(pa.Table.from_pylist(lines), meta / "episodes" / "chunk-000" / "file-000.parquet")
-    # Task -> index as pandas writes a frame that is indexed by the task: so it is read.
+    # Task -> index, in the form in which pandas writes a frame indexed by the task.
     table = pa.table({"task_index": pa.array(range(len(tasks)), pa.int64()), "task": list(tasks)})
     columns = [
         {"name": name, "field_name": name, "pandas_type": kind, "numpy_type": numpy_type, "metadata": None}
@@ -220,7 +221,7 @@ def _write_meta(
 
 
 def _statistics(episodes: Sequence[_Episode]) -> dict[str, Any]:
-    """What policies normalise by: of all frames for vectors, of some frames of each episode for pictures."""
+    """Return what policies normalise by: of all frames for vectors, of some frames of each episode for pictures."""
     features = [_features(e.motion) for e in episodes]
     rows = {name: np.concatenate([f[name] for f in features]) for name in features[0]}
     found = {name: _summary(values.reshape(len(values), -1)) for name, values in rows.items()}
@@ -239,7 +240,7 @@ def _summary(rows: np.ndarray) -> dict[str, Any]:
 
 
 def _pixels(path: Path) -> Float64[np.ndarray, "p 3"]:
-    """Colors, 0 to 1, of every 16th pixel each way of some frames."""
+    """Return colours, 0 to 1, of every 16th pixel each way of some frames."""
     with av.open(str(path)) as container:
         every = max(1, container.streams.video[0].frames // _STATISTICS_FRAMES)
         decoded = itertools.islice(container.decode(video=0), 0, None, every)

@@ -1,4 +1,4 @@
-"""Which recorded trials and picks are exported, and to which split each problem belongs."""
+"""Select the recorded trials and picks to export, and the split of each problem."""
 
 import hashlib
 from collections.abc import Iterator
@@ -18,7 +18,7 @@ TAKEN_AWAY = (PickResult.REMOVED, PickResult.RETRIEVED)
 
 @dataclass(frozen=True)
 class Source:
-    """A recorded trial that is exported; `key` is a short name, different for each trial below one directory."""
+    """A recorded trial to export; `key` is a short name, unique below one directory."""
 
     trial: RecordedTrial
     key: str
@@ -36,12 +36,13 @@ class Source:
 
     @property
     def retrieved(self) -> bool:
-        """The target was retrieved."""
+        """True if the target was retrieved."""
         return self.trial.result is not None and self.trial.result.retrieved is True
 
 
 def select_trials(root: Path, every: bool) -> Iterator[Source]:
-    """The completed trials below a directory, by rising path; only those that retrieved the target, if not `every`.
+    """Yield the completed trials below a directory, by rising path; unless `every`, only those that retrieved the
+    target.
 
     Raises InputError: there is no recorded trial, or one cannot be read.
     """
@@ -60,11 +61,11 @@ def select_trials(root: Path, every: bool) -> Iterator[Source]:
 
 
 def split_of(problem: str, test_share: float) -> str:
-    """The split of a problem: by its name alone, so that further trials and problems move none."""
+    """Return the split of a problem: by its name alone, so that adding trials and problems moves none."""
     place = int.from_bytes(hashlib.sha256(problem.encode()).digest()[:8]) / 2**64
     return "test" if place < test_share else "train"
 
 
 def succeeded(pick: RecordedPick) -> bool:
-    """Whether the pick brought the chosen object out."""
+    """True if the pick brought the chosen object out."""
     return pick.executed is not None and pick.executed.result in TAKEN_AWAY

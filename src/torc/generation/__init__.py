@@ -1,1 +1,1 @@
-"""Making, checking and describing retrieval problems."""
+"""Make, check and describe retrieval problems."""

@@ -1,5 +1,4 @@
-"""Scenes to start a problem from: objects that stand tightly packed, or that hang above the table, to be let fall
-between walls.
+"""Initial scenes of problems: objects that stand tightly packed, or hang above the table, to be dropped between walls.
 
 The poses are not settled: the simulator lets them come to rest. World frame, metres.
 """
@@ -28,9 +27,9 @@ from torc.objects.models import ObjectModel
 from torc.problems.problem import ObjectPlacement
 
 DROP_CENTER, DROP_SIZE = (0.65, -0.115), (0.42, 0.46)
-"""Of the rectangle over which objects hang that will be dropped."""
+"""The rectangle over which objects hang before they are dropped."""
 DROP_FROM_Z_M = 1.05 + 0.02
-"""Height of the lowest point of what hangs lowest."""
+"""Height of the lowest point of the lowest object."""
 DROP_GAP_M = 0.005
 """Free distance between the bounding spheres of hanging objects."""
 _LEANS_FROM = 2.0
@@ -46,15 +45,18 @@ class StructuredConfig:
     """Standing clutter.
 
     Attributes:
-        region: ((x0, x1), (y0, y1)) of the objects' origins, of which footprints may stick out by margin_m.
+        region: ((x0, x1), (y0, y1)) of the objects' origins; footprints may stick out by margin_m.
+        margin_m: see region.
         support_z_m: height of the table top, above which objects start clearance_m high.
+        clearance_m: see support_z_m.
         gap_m: wanted smallest and largest gap to the nearest neighbour; the smallest always holds.
         tall_in_front: chance that an object is drawn to the front by its height (the tall hide the short).
         stacked: chance that a thing with a flat base is put on top of another one, where one fits ...
         stacked_height_m: ... if it is no higher than this ...
-        storeys: ... and no more than so many stand on each other.
+        storeys: ... and at most this many stand on each other.
         leaning: chance that a high thing is tilted: it leans against what it meets.
         lying: chance that a box lies on its back, if the side that then faces sideways is at most lying_width_m wide.
+        lying_width_m: see lying.
         turned_rad: standard deviation of the yaw about facing the robot.
         sideways: chance of another quarter turn.
         sorted: whether things of one sort stand together, in lanes from front to back.
@@ -84,7 +86,7 @@ class StructuredConfig:
 def structured_arrangement(
     names: Sequence[str], rng: np.random.Generator, config: StructuredConfig | None = None
 ) -> list[ObjectPlacement]:
-    """Objects in natural poses, tightly packed, in the order of `names`.
+    """Return objects in natural poses, tightly packed, in the order of `names`.
 
     Raises InputError if they do not fit into the region, UnknownNameError for an unknown model.
     """
@@ -111,22 +113,22 @@ class _Packing:
         self._positions: dict[int, np.ndarray] = {}
         self._on_table: list[int] = []
         self._storey: dict[int, int] = {}
-        """At which storey what may carry another thing stands; 1 is on the table."""
+        """Storey of each thing that may carry another; 1 is on the table."""
         self._carrying: set[int] = set()
 
     def run(self) -> bool:
-        """Places all objects, large ones first, with some luck in the order. False if one finds no place."""
+        """Place all objects, large ones first, with some luck in the order. Returns False if one finds no place."""
         area = np.array([m.size_m[0] * m.size_m[1] for m in self._models])
         order = np.argsort(-area * self._rng.uniform(0.6, 1.4, len(area)), kind="stable")
         return all(self._stack(int(i)) or self._stand(int(i)) for i in order)
 
     def placement(self, index: int, name: str) -> ObjectPlacement:
-        """Where an object came to be."""
+        """Return where an object was placed."""
         x, y, z = (float(v) for v in self._positions[index])
         return ObjectPlacement(name, self._models[index].name, (x, y, z), self._prints[index].wxyz)
 
     def _pose(self, model: ObjectModel) -> Footprint:
-        """A natural orientation: upright, tilted or a box on its back, the front more or less towards the robot."""
+        """Draw a natural orientation: upright, tilted or a box on its back, the front roughly towards the robot."""
         config, rng = self._config, self._rng
         is_box = len(model.pieces) == 1 and model.pieces[0].kind == "box"
         lies = is_box and rng.random() < config.lying and min(model.size_m[1:]) <= config.lying_width_m
@@ -138,7 +140,7 @@ class _Packing:
         return footprint(model, R)
 
     def _stack(self, index: int) -> bool:
-        """Puts an object on top of a free flat one, if chance and the sizes allow."""
+        """Put an object on top of a free flat one, if chance and the sizes allow."""
         config, rng = self._config, self._rng
         if rng.random() >= config.stacked:
             return False
@@ -159,7 +161,7 @@ class _Packing:
         return False
 
     def _stand(self, index: int) -> bool:
-        """Puts an object on the table, next to others."""
+        """Put an object on the table, next to others."""
         config, rng = self._config, self._rng
         best: tuple[float, Footprint, np.ndarray] | None = None
         x_wanted = self._wanted_x(index) if rng.random() < config.tall_in_front else None
@@ -185,13 +187,13 @@ class _Packing:
         return True
 
     def _wanted_x(self, index: int) -> float:
-        """The tallest at the front (small x), the lowest at the back."""
+        """Return the x of an object by its height: the tallest at the front (small x), the lowest at the back."""
         (x0, x1), _ = self._config.region
         heights = np.array([m.size_m[2] for m in self._models])
         return x0 + (x1 - x0) * float(np.mean(heights > heights[index]))
 
     def _candidates(self, index: int, shape: Footprint, count: int) -> Float[np.ndarray, "n 2"]:
-        """Positions in the object's region: some anywhere, some right beside what already stands."""
+        """Draw positions in the object's region: some anywhere, some right beside other objects."""
         rng, config = self._rng, self._config
         quarter = DIRECTIONS // 4
         # +x, +y, -x, -y
@@ -214,7 +216,7 @@ class _Packing:
         return np.concatenate([free, beside[((beside >= low) & (beside <= high)).all(axis=1)]])
 
     def _nearest_gap(self, shape: Footprint, xy: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "n"]:
-        """Gap to the nearest object on the table; infinite if there is none."""
+        """Return the gap to the nearest object on the table; infinite if there is none."""
         if not self._on_table:
             return np.full(len(xy), np.inf)
         others = np.array([self._prints[i].extents for i in self._on_table])
@@ -223,7 +225,7 @@ class _Packing:
 
 
 def drop_arrangement(names: Sequence[str], rng: np.random.Generator) -> list[ObjectPlacement]:
-    """Objects in random orientations, hanging above the table at staggered heights, in the order of `names`.
+    """Return objects in random orientations, hanging above the table at staggered heights, in the order of `names`.
 
     No two overlap (bounding spheres). Raises UnknownNameError for an unknown model.
     """
@@ -241,7 +243,7 @@ def drop_arrangement(names: Sequence[str], rng: np.random.Generator) -> list[Obj
 
 
 def bounding_radius(model: ObjectModel) -> float:
-    """Radius of a sphere about the model's origin that holds the bounding boxes of all its pieces."""
+    """Return the radius of a sphere about the model's origin that holds the bounding boxes of all its pieces."""
     corners = np.array(np.meshgrid(*[(0, 1)] * 3)).reshape(3, -1).T
     return max(
         float(np.linalg.norm(piece.bounds[corners, np.arange(3)], axis=1).max()) for piece in model.pieces
@@ -251,7 +253,7 @@ def bounding_radius(model: ObjectModel) -> float:
 def _lowest_free(
     radius: float, centers: np.ndarray, radii: np.ndarray, rng: np.random.Generator
 ) -> np.ndarray:
-    """The lowest of some random positions at which a sphere touches none of the others."""
+    """Return the lowest of some random positions at which a sphere touches none of the others."""
     half = np.maximum(np.array(DROP_SIZE) / 2 - radius, 0.0)
     xy = np.array(DROP_CENTER) + rng.uniform(-1, 1, (_DROP_CANDIDATES, 2)) * half
     z = np.full(len(xy), DROP_FROM_Z_M + radius)
@@ -265,7 +267,7 @@ def _lowest_free(
 
 
 def _random_wxyz(rng: np.random.Generator) -> tuple[float, float, float, float]:
-    """A uniformly random orientation."""
+    """Draw a uniformly random orientation."""
     q = rng.normal(size=4)
     w, x, y, z = (float(v) for v in q / np.linalg.norm(q))
     return w, x, y, z

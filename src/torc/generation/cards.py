@@ -1,4 +1,4 @@
-"""A card per problem: four views in one picture, what is wanted, how difficult it is, and the oracle's order."""
+"""A card per problem: four views in one picture, the target, the difficulty, and the oracle's order."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -17,14 +17,14 @@ from torc.records import TARGET_ID
 from torc.sim.rendering import View
 
 VIEW_SIZE, GAP = (476, 357), 8
-"""Of the four views on a card, and between them; pixels."""
+"""Size of the four views on a card, and the gap between them; pixels."""
 HIDDENNESS_WORDS = {
     Hiddenness.VISIBLE: "in sight",
     Hiddenness.PARTLY: "partly in sight",
     Hiddenness.HIDDEN: "hidden",
 }
 _SCALE = 2
-"""Views are drawn that much larger, for smooth edges."""
+"""Views are drawn this much larger, for smooth edges."""
 _DISC = 22 * _SCALE
 """Diameter of a number's disc, pixels."""
 _INK, _PAPER = (28, 30, 34), (255, 255, 255)
@@ -32,7 +32,7 @@ _INK, _PAPER = (28, 30, 34), (255, 255, 255)
 
 @dataclass(frozen=True)
 class Card:
-    """What a card says of a problem; with the oracle's order, where it is known."""
+    """The content of a problem's card; with the oracle's order, if it is known."""
 
     problem: Problem
     difficulty: Difficulty
@@ -64,13 +64,13 @@ class Card:
 
     @property
     def numbers(self) -> dict[int, int]:
-        """When each object is first picked, from 1 on, by its id, as far as the order has it."""
+        """The number of the pick, from 1, in which each object of the order is first picked, by its id."""
         names = self.order.names if self.order else ()
         ids = enumerate(self.problem.ordered())
         return {i: names.index(o.name) + 1 for i, o in ids if o.name in names}
 
     def to_dict(self) -> dict[str, Any]:
-        """As JSON-compatible data."""
+        """Return JSON-compatible data."""
         return {
             "problem": self.problem.name,
             "category": self.problem.category,
@@ -83,8 +83,9 @@ class Card:
 
 
 def draw_card(card: Card) -> Image.Image:
-    """What the robot sees, and the problem from the front, the side and the top, where the objects of the oracle's
-    order carry their numbers."""
+    """Draw the robot's view, and the problem from the front, the side and the top, with the numbers of the oracle's
+    order.
+    """
     config = ViewConfig(_SCALE * VIEW_SIZE[0], _SCALE * VIEW_SIZE[1], outline_px=2 * _SCALE)
     image = Image.new("RGB", (2 * VIEW_SIZE[0] + GAP, 2 * VIEW_SIZE[1] + GAP), _PAPER)
     for k, (name, view) in enumerate(problem_views(card.problem, config=config).items()):
@@ -97,7 +98,7 @@ def draw_card(card: Card) -> Image.Image:
 
 
 def _numbered(view: View, numbers: dict[int, int]) -> Image.Image:
-    """A view with a number on or beside each of some objects."""
+    """Write numbers on or beside some objects of a view."""
     picture = Image.fromarray(view.rgb)
     draw, font = ImageDraw.Draw(picture), ImageFont.load_default(13 * _SCALE)
     discs = dict.fromkeys(numbers, ((_DISC, _DISC),) * 2)

@@ -1,4 +1,4 @@
-"""Clutter at rest: models to a settled scene, every object within reach of the robot."""
+"""Clutter at rest: from models to a settled scene with every object within reach of the robot."""
 
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -19,7 +19,7 @@ from torc.sim.stillness import StillnessConfig, StillnessReport, watch_stillness
 from torc.workspace.description import Room, Workspace
 
 MAX_OVERLAP_M = 0.0015
-"""Objects at rest are less than half as deep in each other; more are wedged, and jump apart when one is picked up."""
+"""Objects at rest overlap by less than half of this; deeper ones are wedged, and jump apart when one is picked up."""
 
 
 @dataclass(frozen=True)
@@ -38,9 +38,9 @@ class ClutterConfig:
         drop_s: simulated time between two objects of a pile.
         places: how many places are tried for each of them; see DumpConfig.
         rough: when a pile counts as settled for now.
-        calm: when a settled scene is calm enough to look for a target in it; what is chosen is watched for longer.
-        calm_rounds: how often a scene that is not calm may lose what moves most, or move on ...
-        idle_rounds: ... and how often it may move on with no object to spare: what still creeps then rarely stops.
+        calm: when a settled scene is calm enough to look for a target in it; the chosen one is watched for longer.
+        calm_rounds: how often a scene that is not calm may lose the object that moves most, or continue ...
+        idle_rounds: ... and how often it may continue with no object to spare: objects that still creep rarely stop.
         spare: share of objects dumped beyond those wanted, at least two: some roll away, creep or cannot be picked up.
     """
 
@@ -79,7 +79,8 @@ LARGE_PILE = ClutterConfig(
     spare=0.4,
 )
 """For more objects than MANY. Made like small piles, they would fall half a metre, into each other, and in a heap that
-high too much creeps: here they are poured in layers, as wide as the arm reaches, and with more of them to spare."""
+high too much creeps: here they are poured in layers, as wide as the arm reaches, with more objects to spare.
+"""
 
 
 _FROM_WALL_M = 0.012
@@ -87,7 +88,7 @@ _FROM_WALL_M = 0.012
 
 
 def clutter_config(category: Category, count: int, room: Room | None = None) -> ClutterConfig:
-    """How a scene with so many objects is made. Raises InputError for a pile in a room with a roof."""
+    """Return how a scene of this many objects is made. Raises InputError for a pile in a room with a roof."""
     config = LARGE_PILE if category == "unstructured" and count > MANY else ClutterConfig()
     if room is None:
         return config
@@ -122,10 +123,17 @@ def make_clutter(
     rng: np.random.Generator,
     config: ClutterConfig,
 ) -> Problem:
-    """Objects at rest on the table. The first object stands in as the target.
+    """Bring objects to rest on the table. The first object stands in as the target.
 
-    Objects that end up out of reach or over the edge, or that creep on and on, are taken away, as long as enough are
-    left. `models` may be more than are wanted.
+    Objects that end up out of reach or over the edge, or that keep creeping, are removed as long as enough are left.
+
+    Args:
+        models: the objects' models; more than wanted are allowed.
+        category: structured or unstructured.
+        wanted: the number of objects in the end.
+        workspace: the workspace.
+        rng: the source of randomness.
+        config: how the clutter is made.
 
     Raises:
         RejectedError, PhysicsError: there is no such scene.
@@ -147,18 +155,18 @@ def make_clutter(
 def again_at_rest(
     scene: Problem, gone: tuple[str, ...], wanted: ObjectRange, workspace: Workspace, config: ClutterConfig
 ) -> Problem:
-    """A scene after some objects were taken away, or after it moved (none taken away). Raises as `make_clutter`."""
+    """Settle a scene after some objects were removed, or after it moved (none removed). Raises like `make_clutter`."""
     return _calmed(_settled_without(scene, gone, wanted, workspace, config), wanted, workspace, config)
 
 
 def worst_mover(world: World, report: StillnessReport, limits: StillnessConfig) -> str:
-    """The object of a watched world that moved furthest beyond the limits."""
+    """Return the object of a watched world that moved furthest beyond the limits."""
     excess = np.maximum(report.distances_m / limits.distance_m, report.angles_rad / limits.angle_rad)
     return world.problem.ordered()[int(np.argmax(excess))].name
 
 
 def astray(problem: Problem, workspace: Workspace, config: ClutterConfig) -> tuple[str, ...]:
-    """Names of the objects that are out of the robot's reach, or over the edge of the table."""
+    """Return names of the objects that are out of the robot's reach, or over the edge of the table."""
     return tuple(o.name for o in problem.objects if _is_astray(o, workspace, config))
 
 
@@ -169,7 +177,7 @@ def _side_by_side(
     rng: np.random.Generator,
     config: ClutterConfig,
 ) -> list[ObjectPlacement]:
-    """The tightest structured arrangement that is found."""
+    """Return the tightest structured arrangement that is found."""
     for fill in config.fill:
         lengths = _shrunk(config.region_m, footprints_m2 / fill)
         (x, y), (lx, ly) = config.center_xy, lengths
@@ -189,17 +197,17 @@ def _settled_without(
 
 
 def _tidied(scene: Problem, wanted: ObjectRange, workspace: Workspace, config: ClutterConfig) -> Problem:
-    """Without what is astray, and settled again, until nothing is."""
+    """Remove what is astray and settle again, until nothing is."""
     while gone := astray(scene, workspace, config):
         scene = _settled_without(scene, gone, wanted, workspace, config)
     return scene
 
 
 def _calmed(scene: Problem, wanted: ObjectRange, workspace: Workspace, config: ClutterConfig) -> Problem:
-    """Tidied, and moved on until it hardly moves any more, each time watched from rest, as a problem file starts.
+    """Tidy a scene and let it continue until it hardly moves, each time watched from rest, as a problem file starts.
 
-    What moves most is taken away as long as there are objects to spare: a pile in which one thing slowly slips or rolls
-    does so for minutes, and contacts in a simulation give way a little for ever. What lay on it then falls, so that the
+    The object that moves most is removed as long as there are objects to spare: a thing that slowly slips or rolls in a
+    pile does so for minutes, and simulated contacts always give way a little. Objects on top of it then fall, so the
     scene comes to rest again before anything else is blamed.
     """
     idle = 0
@@ -211,7 +219,7 @@ def _calmed(scene: Problem, wanted: ObjectRange, workspace: Workspace, config: C
         if overlap.depth_m > MAX_OVERLAP_M:
             if not to_spare:
                 raise RejectedError(Reason.WEDGED)
-            # The least lies on the highest.
+            # The highest one carries the least.
             highest = max(overlap.object_ids, key=lambda k: float(world.positions[k, 2]))
             gone = (world.problem.ordered()[highest].name,)
         else:
@@ -232,13 +240,13 @@ def _calmed(scene: Problem, wanted: ObjectRange, workspace: Workspace, config: C
 
 
 def without(scene: Problem, names: tuple[str, ...]) -> Problem:
-    """The scene without some objects; the first one left stands in as the target if the target is among them."""
+    """Return the scene without some objects; if the target is among them, the first one left stands in for it."""
     rest = tuple(o for o in scene.objects if o.name not in names)
     return replace(scene, objects=rest, target=scene.target if scene.target not in names else rest[0].name)
 
 
 def _outermost(scene: Problem, config: ClutterConfig) -> str:
-    """The object furthest from the middle: the others miss it least."""
+    """Return the object furthest from the middle, whose loss matters least."""
     return max(
         scene.objects, key=lambda o: float(np.hypot(*np.subtract(o.position[:2], config.center_xy)))
     ).name
@@ -258,13 +266,13 @@ def _is_astray(placement: ObjectPlacement, workspace: Workspace, config: Clutter
 
 
 def _shrunk(lengths: tuple[float, float], area_m2: float) -> tuple[float, float]:
-    """The rectangle scaled down to an area, if it is larger."""
+    """Return the rectangle scaled down to an area, if it is larger."""
     scale = min(1.0, float(np.sqrt(area_m2 / (lengths[0] * lengths[1]))))
     return scale * lengths[0], scale * lengths[1]
 
 
 def _mean_shadow_m2(model: ObjectModel) -> float:
-    """Mean area of a box's shadow over all orientations: a quarter of its surface (Cauchy)."""
+    """Return the mean area of a box's shadow over all orientations: a quarter of its surface (Cauchy)."""
     a, b, c = model.size_m
     return 0.5 * (a * b + b * c + c * a)
 

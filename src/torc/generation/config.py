@@ -1,4 +1,4 @@
-"""What kind of problem is wanted."""
+"""Which problem to generate."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -12,9 +12,9 @@ from torc.registry.kinds import SCENE_FAMILIES
 from torc.registry.loading import make_part
 
 GENERATOR_VERSION = 2
-"""Raised whenever the same configuration and seed give another problem than before."""
+"""Raised whenever a configuration and seed give another problem than before."""
 LARGE_PILE_VERSION = 3
-"""The same for piles that may get more than MANY objects: they are poured otherwise."""
+"""Version of piles that may get more than MANY objects, which are poured in another way."""
 MANY = 20
 """Piles of more objects than this are poured in layers, over more room."""
 
@@ -44,13 +44,13 @@ class GenerationConfig:
     Attributes:
         category: structured (standing, tightly packed) or unstructured (a dumped pile).
         objects: smallest and largest number of objects.
-        hidden: how much of the target may be seen at first; "any" takes a visible one only where there is no other.
+        hidden: how much of the target may be seen at first; "any" takes a visible one only if there is no other.
         held_out: only object kinds held out from training the grasp score, only others, or all (None).
         kinds, models: only objects of these kinds, and of these models; all that come with torc if empty.
-        own: also objects that the user has imported; `models` may name such ones anyway.
+        own: also objects that the user has imported; `models` may name those in any case.
         attempts: scenes tried until one holds a problem; all from the same seed.
-        first_looks: how many times the robot plans grasps from its first look, each time with other random
-            candidates; a target that is graspable in any of them is no problem.
+        first_looks: how many times the robot plans grasps from its first look, each time with other random candidates;
+            a target that is graspable in any of them makes no problem.
         family: name of a family of harder problems (`torc/parts/scene_families`), "" for none; its rules come before
             `hidden`.
     """
@@ -87,13 +87,13 @@ class GenerationConfig:
 
 
 def generator_version(config: GenerationConfig) -> int:
-    """Of the generator that makes problems of a configuration."""
+    """Return the version of the generator that makes problems of a configuration."""
     large = config.category == "unstructured" and config.objects[1] > MANY
     return LARGE_PILE_VERSION if large else GENERATOR_VERSION
 
 
 def hiddenness_of(fraction: float, pixels: int) -> Hiddenness:
-    """The group of a target of which that fraction, and that many pixels, are visible."""
+    """Return the group of a target with this visible fraction and number of pixels."""
     if pixels < PerceptionConfig().min_target_pixels:
         return Hiddenness.HIDDEN
     return Hiddenness.VISIBLE if fraction >= VISIBLE_FROM else Hiddenness.PARTLY

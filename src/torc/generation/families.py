@@ -1,4 +1,4 @@
-"""Families of harder problems: what each asks of a scene beyond the usual rules, or instead of them."""
+"""Families of harder problems: the demands of each on a scene beyond the usual rules, or instead of them."""
 
 from collections.abc import Sequence
 from functools import cache
@@ -20,16 +20,16 @@ HIDES = 0.15
 
 
 class SceneFamily:
-    """What a family asks of a scene. A subclass in `torc/parts/scene_families` changes what it needs to.
+    """The demands of a family on a scene. A subclass in `torc/parts/scene_families` overrides some of them.
 
     Attributes:
-        category: of its scenes, if there is but one.
-        objects: how many objects a scene has if the user does not say.
-        hidden: of the target, if not as the configuration says.
+        category: of its scenes, if only one is possible.
+        objects: number of objects of a scene, unless the user gives one.
+        hidden: how hidden the target is, unless the configuration decides.
         unseen: not a single pixel of the target may be in sight.
         copied: the target is one of several copies of a model; else its model is unique in the scene.
-        stuck: how many of the objects that hide the target or are before it cannot be grasped at all, at least; None:
-            each object around it must be graspable (the paper's rule).
+        stuck: least number of objects hiding the target or before it that cannot be grasped at all; None: each object
+            around it must be graspable (the paper's rule).
     """
 
     category: Category | None = None
@@ -44,15 +44,15 @@ class SceneFamily:
         return sample_models(count, rng, models=models)
 
     def arranged(self, usual: StructuredConfig) -> StructuredConfig:
-        """Return how standing objects are arranged. As usual no box lies so that it is too wide for the gripper."""
+        """Return how standing objects are arranged. By default no box lies so that it is too wide for the gripper."""
         return usual
 
     def unfit(self, view: SceneView, target: str, inspector: Inspector) -> Reason | None:
-        """Return why an object is no target of the family, whatever can be grasped; None if it may be one."""
+        """Return why an object cannot be the family's target, whatever can be grasped; None if it can."""
         return None
 
     def finished(self, problem: Problem, inspector: Inspector, stillness: StillnessConfig) -> Problem:
-        """Return the problem of the family, from one with its target in place. Raises RejectedError."""
+        """Return the family's problem, from one with its target in place. Raises RejectedError."""
         return problem
 
 
@@ -64,7 +64,7 @@ def scene_family(name: str) -> SceneFamily:
 
 
 def hiders(view: SceneView, target: str, share: float = HIDES) -> tuple[str, ...]:
-    """Return the objects that show where that share of the target would be seen, from the most pixels down."""
+    """Return the objects visible where at least that share of the target would be, from the most pixels down."""
     names = [o.name for o in view.problem.ordered()]
     counts = view.visibility.hidden_by[names.index(target)]
     enough = share * max(int(view.visibility.pixels_alone[names.index(target)]), 1)

@@ -9,7 +9,7 @@ from torc.geometry.transforms import rotation_about, wxyz_from_rotation
 from torc.objects.models import CollisionPiece, ObjectModel, Quat
 
 DIRECTIONS = 32
-"""Even, so that the opposite of every direction is one of them too."""
+"""Even, so that the opposite of every direction is among them."""
 LIE_ON_BACK = rotation_about((0, 1, 0), np.pi / 2)
 """Lays a box on its back: the front up, the top away from the robot."""
 UP_TOLERANCE = 0.999
@@ -18,15 +18,21 @@ Extents = Float[np.ndarray, "32"]
 
 
 def directions() -> Float[np.ndarray, "32 2"]:
-    """Unit directions in the plane of the table; direction k + 16 is the opposite of direction k."""
+    """Return unit directions in the plane of the table; direction k + 16 is the opposite of direction k."""
     t = 2 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
     return np.stack([np.cos(t), np.sin(t)], axis=1)
 
 
 @dataclass(frozen=True, eq=False)
 class Footprint:
-    """The shadow of an object on the table, about the model's origin: how far it reaches per direction, metres; the
-    same for its flat top and base, if it has them; how far it reaches below and above; and its rotation."""
+    """The shadow of an object on the table, about the model's origin.
+
+    Attributes:
+        extents: how far it reaches per direction, metres.
+        top, base: extents of its flat top and base, if it has them.
+        lowest_m, highest_m: how far it reaches below and above the origin.
+        rotation: its orientation.
+    """
 
     extents: Extents
     top: Extents | None
@@ -43,7 +49,7 @@ class Footprint:
 
 
 def footprint(model: ObjectModel, rotation: Float[np.ndarray, "3 3"]) -> Footprint:
-    """The footprint of a model in an orientation."""
+    """Return the footprint of a model in an orientation."""
     up = np.array([[0.0, 0.0, 1.0]])
     highest, lowest = float(model.support(up @ rotation)[0]), float(model.support(-up @ rotation)[0])
     top, base = _flat_end(model, rotation, 1.0, highest), _flat_end(model, rotation, -1.0, lowest)
@@ -55,7 +61,7 @@ def _horizontal() -> Float[np.ndarray, "32 3"]:
 
 
 def _flat_end(model: ObjectModel, rotation: np.ndarray, sign: float, reach_m: float) -> Extents | None:
-    """Extents of the largest flat end (box or upright cylinder) that makes up the top or the base."""
+    """Return the extents of the largest flat end (box or upright cylinder) that makes up the top or the base."""
     found = (_flat_piece(piece, rotation, sign, reach_m) for piece in model.pieces)
     return max((e for e in found if e is not None), key=np.min, default=None)
 
@@ -72,7 +78,7 @@ def _flat_piece(piece: CollisionPiece, rotation: np.ndarray, sign: float, reach_
     if not (at_end and flat):
         return None
     extents = piece.support(_horizontal() @ rotation)
-    return extents if extents.min() > 0.01 else None  # one that is not under the middle carries nothing
+    return extents if extents.min() > 0.01 else None  # an end that is not under the middle carries nothing
 
 
 def gaps(
@@ -81,14 +87,14 @@ def gaps(
     others: Float[np.ndarray, "m 32"],
     other_positions: Float[np.ndarray, "m 2"],
 ) -> Float[np.ndarray, "n m"]:
-    """A lower bound of the distance between footprints (separating axis over the directions); negative: overlap."""
+    """Return a lower bound of the distance between footprints (by separating axes); negative: overlap."""
     away = (other_positions[None] - positions[:, None]) @ directions().T
     opposite = np.roll(others, -DIRECTIONS // 2, axis=1)
     return (away - extents - opposite[None]).max(axis=2)
 
 
 def fits_on(upper: Footprint, lower: Footprint, offset: Float[np.ndarray, "2"], overhang_m: float) -> bool:
-    """Whether the upper object's flat base rests on the lower one's flat top, `offset` from its origin."""
+    """True if the upper object's flat base rests on the lower one's flat top, `offset` from its origin."""
     if upper.base is None or lower.top is None:
         return False
     return bool((upper.base + directions() @ offset <= lower.top + overhang_m).all())

@@ -1,5 +1,6 @@
-"""A gallery of problems: their cards as pictures in a folder, and two pages that show them: Markdown, as code hosts
-show it, and HTML that needs nothing but its folder."""
+"""A gallery of problems: their cards in a folder, and two pages that show them: Markdown for code hosts, and HTML that
+needs nothing but its folder.
+"""
 
 import re
 from collections import Counter
@@ -32,11 +33,18 @@ def make_gallery(
     orders: Mapping[str, OracleOrder],
     progress: Callable[[Problem], None] = lambda _: None,
 ) -> list[Card]:
-    """Draws a card per problem into `out/cards`, then writes the pages; files of the same names are replaced.
+    """Draw a card per problem into `out/cards`, then write the pages; files of these names are replaced.
 
-    Where `orders` (by the problem's name) has none, the one that the problem states is shown. `progress` is told of
-    each problem first; `inspector` gives the one for a problem. Raises InputError for two problems of one name, or if
-    `out` cannot be written.
+    Args:
+        title: of the pages.
+        problems: the problems.
+        inspector: returns the inspector for a problem.
+        out: the folder.
+        orders: orders by the problem's name; others are taken from the problem itself, if it states one.
+        progress: called with each problem first.
+
+    Raises:
+        InputError: two problems have one name, or `out` cannot be written.
     """
     twice = [name for name, count in Counter(problem.name for problem in problems).items() if count > 1]
     if twice:
@@ -59,7 +67,7 @@ def make_gallery(
 
 
 def _markdown_page(title: str, cards: Sequence[Card]) -> str:
-    """A table of the problems, then the cards by category."""
+    """Return a table of the problems, then the cards by category."""
     lines = [f"# {_plain(title)}", "", _INTRO, ""]
     lines += ["| problem | wanted | objects | in sight | ORACLE |", "|---|---|---|---|---|"]
     for card in cards:
@@ -81,7 +89,7 @@ def _markdown_page(title: str, cards: Sequence[Card]) -> str:
 
 
 def _html_page(title: str, cards: Sequence[Card]) -> str:
-    """A page that filters its cards by category and by how much of the target is in sight."""
+    """Return a page that filters its cards by category and by how much of the target is in sight."""
     seen = {card.difficulty.hiddenness for card in cards}
     categories: dict[str, str] = {card.problem.category: card.problem.category for card in cards}
     groups = {group.value: words for group, words in HIDDENNESS_WORDS.items() if group in seen}
@@ -113,5 +121,5 @@ def _file(card: Card) -> str:
 
 
 def _plain(text: str) -> str:
-    """Text that Markdown takes as it is."""
+    """Escape text for Markdown."""
     return re.sub(r"([\\`*\[\]<>|#$~])", r"\\\1", " ".join(text.split()))

@@ -1,4 +1,4 @@
-"""Problems from a configuration and a seed: the same ones every time, bit for bit."""
+"""Problems from a configuration and a seed: always the same ones, bit for bit."""
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
@@ -45,19 +45,19 @@ from torc.specs.conditions import DEFAULT_WORKSPACE, Conditions
 from torc.workspace.description import Workspace
 
 STILL = StillnessConfig(distance_m=0.0015, angle_rad=float(np.deg2rad(1.5)), early_s=2.5)
-"""How still a generated problem is: within what is allowed after 10 s, by a margin, since the watch may end early."""
+"""How still a generated problem is: well within what is allowed after 10 s, since the watch may end early."""
 _CHANCES = 3
 _GRIPPER_ROOM_M = 0.005
-"""What a gripper goes around is narrower than its opening by this."""
+"""An object that fits into the gripper is narrower than its opening by this."""
 _FOUND = ("attempt", "target", "hiddenness", "visible_fraction", "in_front", "beside", "taller")
-"""Of a problem's origin, what was not asked for."""
+"""Entries of a problem's origin that do not come from the request."""
 _LONGEST_LIST = 1500
-"""Of names in a problem's origin, characters."""
+"""Longest list of names in a problem's origin, characters."""
 
 
 @dataclass(frozen=True)
 class GeneratedProblem:
-    """A problem, its difficulty, how many scenes were tried, and how many of the others ended why."""
+    """A problem, its difficulty, the number of scenes tried, and of the other scenes by reason."""
 
     problem: Problem
     difficulty: Difficulty
@@ -67,7 +67,7 @@ class GeneratedProblem:
 
 @dataclass(frozen=True)
 class NotGenerated:
-    """No attempt led to a problem of the wanted kind: how many scenes were tried, and how many of them ended why."""
+    """No attempt led to a problem of the wanted kind: the number of scenes tried, and by reason."""
 
     attempts: int
     rejections: dict[Reason, int]
@@ -82,9 +82,9 @@ def generate_problem(
     inspector: Inspector,
     progress: Callable[[int, Reason], None] = lambda attempt, reason: None,
 ) -> Made:
-    """The problem that belongs to a configuration and a seed (at least 0); the same in every process.
+    """Return the problem that belongs to a configuration and a seed (at least 0); equal in every process.
 
-    `progress` is told the number of each rejected attempt, from 1 on, and why it was rejected. Raises InputError if the
+    `progress` is called with the number of each rejected attempt, from 1 on, and the reason. Raises InputError if the
     configuration leaves too few object models to choose from.
     """
     low, high = config.objects
@@ -109,21 +109,22 @@ def generate_problem(
 
 
 def problem_name(config: GenerationConfig, seed: int) -> str:
-    """E.g. "structured-s0007"."""
+    """Return a problem's name, e.g. "structured-s0007"."""
     family = f"{short_part_name(config.family)}-" if config.family else ""
     return f"{family}{config.category}-s{seed:04d}"
 
 
 def named(workspace: Workspace) -> str:
-    """What a problem's file says of the workspace that it is for: nothing of the default one."""
+    """Return the workspace's name for a problem's file: nothing for the default one."""
     return "" if workspace.name == DEFAULT_WORKSPACE else workspace.name
 
 
 def is_made_from(
     problem: Problem, config: GenerationConfig, seed: int, robot: RobotDescription, workspace: str = ""
 ) -> bool:
-    """Whether a problem is the one that belongs to a configuration and a seed, as far as its file says; `workspace` is
-    what it says of that.
+    """True if a problem belongs to a configuration and a seed, according to its file.
+
+    `workspace` is the name that its file must state.
     """
     asked = _asked(config, seed, robot)
     stated = {name: value for name, value in problem.origin.items() if name not in _FOUND}
@@ -133,7 +134,7 @@ def is_made_from(
 def _for_gripper(
     clutter: ClutterConfig, gripper: GripperDescription, family: SceneFamily | None = None
 ) -> ClutterConfig:
-    """The settings of a family. No box lies so that it is too wide for the gripper, unless the family says so."""
+    """Return the settings of a family. By default no box lies so that it is too wide for the gripper."""
     lying_m = min(clutter.arrangement.lying_width_m, gripper.max_width_m - _GRIPPER_ROOM_M)
     usual = replace(clutter.arrangement, lying_width_m=lying_m)
     return replace(clutter, arrangement=(family or SceneFamily()).arranged(usual))
@@ -147,12 +148,12 @@ def _attempt(
     attempt: int,
     inspector: Inspector,
 ) -> tuple[Problem, Difficulty]:
-    """One scene, and a target in it. Raises RejectedError or PhysicsError."""
+    """Make one scene, and choose a target in it. Raises RejectedError or PhysicsError."""
     family = scene_family(config.family)
     usual = clutter_config(config.category, count, inspector.workspace.room)
     clutter = _for_gripper(usual, inspector.robot.gripper, family)
     spare = max(2, round(clutter.spare * count)) if config.category == "unstructured" else 0
-    # As far as there are enough models none occurs twice: the target's description must be unique.
+    # If there are enough models, none occurs twice: the target's description must be unique.
     dumped = min(count + spare, MAX_OBJECTS, len(models))
     names = family.sample(dumped, stage_rng(seed, attempt, "models"), models)
     wanted = ObjectRange(max(config.objects[0], count - count // 4), config.objects[1])
@@ -181,7 +182,7 @@ def _attempt(
 
 
 def _asked(config: GenerationConfig, seed: int, robot: RobotDescription) -> dict[str, Scalar]:
-    """What a problem follows from, as its file says it: enough to make it again."""
+    """Return what determines a problem, as in its file: enough to make it again."""
     unusual: dict[str, Scalar] = {
         **robot_facts(robot),
         "held_out": {None: "", True: "only", False: "none"}[config.held_out],
@@ -215,8 +216,10 @@ def generate_batch(
     workers: int = 1,
     progress: Callable[[Job, int, Reason], None] = lambda job, attempt, reason: None,
 ) -> Iterator[tuple[Job, Made]]:
-    """The problems of some jobs, each as soon as it and those before it are done. With several workers (processes),
-    progress is not told. Raises TorcError if a process was ended from outside."""
+    """Yield the problems of some jobs, each as soon as it and those before it are done.
+
+    With several workers (processes) `progress` is not called. Raises TorcError if a process was ended from outside.
+    """
     if workers <= 1:
         for job in jobs:
             inspector = inspector_for(conditions.robot, conditions.workspace)
@@ -228,7 +231,7 @@ def generate_batch(
 
 @cache
 def inspector_for(robot: str = DEFAULT_ROBOT, workspace: str = DEFAULT_WORKSPACE) -> Inspector:
-    """An inspector with that robot, one per process. Raises InputError for an unknown one."""
+    """Return an inspector with that robot, one per process. Raises InputError for an unknown one."""
     return Inspector(build_system(Conditions(robot=robot, workspace=workspace)))
 
 
@@ -239,8 +242,10 @@ def _generate(job: Job, conditions: Conditions) -> Made:
 def choose_target(
     view: SceneView, config: GenerationConfig, inspector: Inspector, rng: np.random.Generator
 ) -> tuple[str, Reason, tuple[str, ...]]:
-    """An object that is hidden as wanted, not graspable at once, and retrievable as far as the paper's rule tells; ""
-    if there is none, why, and the objects that no target can have around it."""
+    """Choose an object that is hidden as wanted, not graspable at once, and retrievable by the paper's rule.
+
+    Returns its name, or "" with the reason, and the objects that no target can have around it.
+    """
     scene, reason, family = view.problem, Reason.NONE_SO_HIDDEN, scene_family(config.family)
     ungraspable: dict[str, bool] = {}
     for name in _candidates(view, config, inspector, rng):
@@ -254,7 +259,7 @@ def choose_target(
                 return name, reason, ()
             reason = _further(reason, found)
             continue
-        # What stands around the next candidate is mostly known from the last one: that question is the cheaper one.
+        # The objects around the next candidate are mostly known from the last one: this question is cheaper.
         for other in (name, *inspector.around(scene, name).all):
             if other not in ungraspable:
                 ungraspable[other] = not inspector.graspable_at_all(scene, other)
@@ -271,7 +276,7 @@ def choose_target(
 def _among_stuck(
     view: SceneView, name: str, wanted: int, config: GenerationConfig, inspector: Inspector
 ) -> Reason | None:
-    """Why an object is no target behind things that cannot be grasped; None if it is one."""
+    """Return why an object is no target behind things that cannot be grasped; None if it is one."""
     scene = view.problem
     stuck = (o for o in before(view, name, inspector) if not inspector.graspable_at_all(scene, o))
     if sum(1 for _ in stuck) < wanted:
@@ -288,7 +293,7 @@ def _further(one: Reason, other: Reason) -> Reason:
 def _candidates(
     view: SceneView, config: GenerationConfig, inspector: Inspector, rng: np.random.Generator
 ) -> list[str]:
-    """Objects that are hidden as wanted, in random order; where any will do, visible ones come last."""
+    """Return the objects that are hidden as wanted, in random order; if any will do, visible ones come last."""
     family = scene_family(config.family)
     models = Counter(o.model for o in view.problem.objects)
     # The target's description must be unique in the scene; one of several copies gets a mark.

@@ -1,8 +1,8 @@
-"""Can the robot grasp an object at all, with nothing else on the table? Answered on the full model.
+"""Whether the robot can grasp an object at all, with nothing else on the table, judged on the full model.
 
 The paper prunes candidate targets by "ground-truth grasps that are both collision-free (with the static scene) and
-IK-feasible" (Simulated Dataset, step 4). Ours come from the same grasp planner that the robot uses later, but on a
-cloud of the object's whole surface, with everything else taken away.
+IK-feasible" (Simulated Dataset, step 4). Ours come from the grasp planner that the robot uses later, but on a cloud of
+the object's whole surface, with everything else removed.
 """
 
 from dataclasses import dataclass
@@ -30,22 +30,24 @@ from torc.records import (
 from torc.robots.description import RobotDescription
 from torc.workspace.description import Workspace
 
-# The cloud has its spacing already, and thinning it further would merge the two sides of thin walls. A few grasps of
-# each object tell whether there is one.
+# The cloud has its spacing already, and more thinning would merge the two sides of thin walls. A few grasps of
+# each object show whether there is one.
 _CONFIG = GraspConfig(clouds=CloudConfig(voxel_m=0.001), selection=SelectionConfig(max_per_object=12))
 
 
 @dataclass(frozen=True)
 class ModelGrasping:
-    """Grasps on full models; one that delivers with a lower probability than min_score does not count."""
+    """Grasps on full models; those that deliver with a lower probability than min_score do not count."""
 
     robot: RobotDescription
     workspace: Workspace
     min_score: float = 0.5
 
     def graspable(self, model: str, T_world_object: Pose) -> bool:
-        """Whether the robot has a promising grasp of a model at a pose, with nothing else on the table; always the same
-        answer. Raises UnknownNameError."""
+        """True if the robot has a promising grasp of a model at a pose, with nothing else on the table.
+
+        The answer is deterministic. Raises UnknownNameError.
+        """
         points, normals = placed(*surface_cloud(load_object(model)), T_world_object)
         scene, volume = _alone(points, normals, self.workspace)
         grasps = self._planner.plan(scene, volume, np.random.default_rng(0))
@@ -61,7 +63,7 @@ class ModelGrasping:
 def _alone(
     points: np.ndarray, normals: np.ndarray, workspace: Workspace
 ) -> tuple[SegmentedScene, OcclusionVolume]:
-    """The records of a world in which one object has been seen from all sides and everything else is free."""
+    """Return the records of a world in which one object has been seen from all sides and everything else is free."""
     grid, mount = workspace.grid, workspace.camera
     rgb, depth_m = np.zeros((1, 1, 3), np.uint8), np.zeros((1, 1), np.float32)
     blank = Observation(rgb, depth_m, mount.K, mount.T_world_camera, qpos=np.zeros(0), stamp_s=0.0)

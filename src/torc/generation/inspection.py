@@ -1,4 +1,4 @@
-"""What the robot makes of a problem before the first pick: what it sees, and what it could grasp."""
+"""What the robot sees of a problem before the first pick, and what it could grasp."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -48,7 +48,7 @@ class Surroundings:
 
 
 def surroundings(problem: Problem, target: str, T_world_camera: Pose) -> Surroundings:
-    """The objects around a target, seen from the robot's camera. Raises UnknownNameError for an unknown target."""
+    """Return the objects around a target, as the camera sees it. Raises UnknownNameError for an unknown target."""
     placements = {o.name: o for o in problem.objects}
     if target not in placements:
         raise UnknownNameError("object", target, list(placements))
@@ -73,7 +73,7 @@ def surroundings(problem: Problem, target: str, T_world_camera: Pose) -> Surroun
 def _extent(
     placement: ObjectPlacement, eye: Float[np.ndarray, "2"], sight: Float[np.ndarray, "2"]
 ) -> Float[np.ndarray, "4 2"]:
-    """Least and largest azimuth, distance along and across a line of sight, and height, seen from the camera."""
+    """Return least and largest azimuth, distance along and across a line of sight, and height, seen from the camera."""
     points, _ = placed(*surface_cloud(load_object(placement.model)), placement.T_world_object)
     offset = points[:, :2] - eye
     along, across = offset @ sight, offset @ np.array([-sight[1], sight[0]])
@@ -83,23 +83,25 @@ def _extent(
 
 @dataclass(frozen=True)
 class SceneView:
-    """The first look at a scene, whichever of its objects is the target: the problem's own target is object 0 of the
-    picture, and visibility is in the order of `problem.ordered()`."""
+    """The first look at a scene, whichever of its objects is the target.
+
+    The problem's own target is object 0 of the picture, and visibility is in the order of `problem.ordered()`.
+    """
 
     problem: Problem
     observation: Observation
     visibility: Visibility
 
     def fraction(self, name: str) -> float:
-        """Visible fraction of an object."""
+        """Return the visible fraction of an object."""
         return float(self.visibility.fractions[self._ids[name]])
 
     def pixels(self, name: str) -> int:
-        """Visible pixels of an object."""
+        """Return the visible pixels of an object."""
         return int(self.visibility.pixels[self._ids[name]])
 
     def observation_for(self, target: str) -> Observation:
-        """The picture with the labels it would have if that object were the target."""
+        """Return the picture with its labels for that object as the target."""
         renumbered = [o.name for o in replace(self.problem, target=target).ordered()]
         labels = self.observation.label_image
         new_ids = np.arange(-128, 128, dtype=np.int16)
@@ -113,8 +115,7 @@ class SceneView:
 
 
 def robot_facts(robot: RobotDescription) -> dict[str, Scalar]:
-    """What the `origin` of a problem says of the robot that it was made for: nothing of the default one, and of others
-    that are shipped the name alone."""
+    """Return the robot's entries in a problem's `origin`: none for the default one, the name for shipped ones."""
     if robot.source == load_robot(DEFAULT_ROBOT).source:
         return {}
     shipped = robot.name in robot_names() and robot.source == load_robot(robot.name).source
@@ -141,7 +142,7 @@ class Inspector:
         return ModelGrasping(self.robot, self.workspace)
 
     def view(self, problem: Problem) -> SceneView:
-        """The first look at a problem whose objects are at rest. By rays, so that it is the same on every machine."""
+        """Take the first look at a problem whose objects are at rest, by rays, so that it is equal on every machine."""
         world = build_world(problem, self.robot, self.workspace)
         mount = self.workspace.camera
         with CameraRenderer(world, mount, "rays") as renderer:
@@ -158,12 +159,14 @@ class Inspector:
         return SceneView(problem, observation, measure_visibility(world, mount, view.label_image))
 
     def hiddenness(self, view: SceneView, target: str) -> Hiddenness:
-        """The group that the target belongs to."""
+        """Return the group that the target belongs to."""
         return hiddenness_of(view.fraction(target), view.pixels(target))
 
     def graspable_at_first(self, view: SceneView, target: str, looks: int = 1) -> bool:
-        """Whether the robot finds a valid grasp of the target with everything in place, even one that hardly holds, in
-        one of some looks with other random candidates."""
+        """True if the robot finds a valid grasp of the target with everything in place, even one that hardly holds.
+
+        One of `looks` looks, each with other random candidates, suffices.
+        """
         observation = view.observation_for(target)
         for seed in range(looks):
             look = self._eyes.look(observation, seed=seed)
@@ -174,23 +177,23 @@ class Inspector:
         return False
 
     def places(self, view: SceneView) -> int:
-        """In how many poses a target that is not there could be, after the first look: see `places_left`."""
+        """Count the poses in which an absent target could be after the first look: see `places_left`."""
         world = build_world(view.problem, None, self.workspace, UNSEEN)
         volume = self._eyes.look(view.observation, seed=0).context.volume
         unseen = ~volume.seen & ~filled_voxels(world)
         return places_left(unseen, world.models[TARGET_ID], volume.grid.voxel_size_m)
 
     def graspable_at_all(self, problem: Problem, name: str) -> bool:
-        """Whether an object of the problem has a grasp with nothing else on the table."""
+        """True if an object of the problem has a grasp with nothing else on the table."""
         placement = next(o for o in problem.objects if o.name == name)
         return self.grasping.graspable(placement.model, placement.T_world_object)
 
     def around(self, problem: Problem, target: str) -> Surroundings:
-        """The objects around a target that the paper's pruning rule asks about."""
+        """Return the objects around a target that the paper's pruning rule asks about."""
         return surroundings(problem, target, self.workspace.camera.T_world_camera)
 
     def difficulty(self, view: SceneView, target: str) -> "Difficulty":
-        """The facts of a problem with that target; of one that is not there, that it is hidden."""
+        """Return the facts of a problem with that target; an absent one counts as hidden."""
         if view.problem.absent:
             return Difficulty(len(view.problem.objects), Hiddenness.HIDDEN, 0.0, 0, 0, 0)
         around = self.around(view.problem, target)
@@ -211,20 +214,24 @@ class Inspector:
 
 @dataclass(frozen=True)
 class _TargetOnly:
-    """Plans the grasps of the target alone, the very ones that the planner would among those of all objects."""
+    """Plans only the target's grasps, exactly those that the planner would plan among all objects."""
 
     planner: GraspPlanner
 
     def plan(self, scene: SegmentedScene, volume: OcclusionVolume, rng: np.random.Generator) -> GraspSet:
-        # To the planner an object of no pixels is an obstacle that is too small to grasp.
+        # The planner takes an object without pixels for an obstacle that is too small to grasp.
         objects = tuple(o if o.id == TARGET_ID else replace(o, pixel_count=0) for o in scene.objects)
         return self.planner.plan(replace(scene, objects=objects), volume, rng)
 
 
 @dataclass(frozen=True)
 class Difficulty:
-    """Facts of a problem: the target's visible pixels against those it would have alone, and how many objects are
-    around it, see `surroundings`."""
+    """Facts of a problem.
+
+    Attributes:
+        visible_fraction: the target's visible pixels, as a share of those it would have alone.
+        in_front, beside, taller: how many objects are around it, see `surroundings`.
+    """
 
     objects: int
     hiddenness: Hiddenness
@@ -234,7 +241,7 @@ class Difficulty:
     taller: int
 
     def facts(self) -> dict[str, Scalar]:
-        """As they are written into a problem file."""
+        """Return the facts for a problem file."""
         return {
             "hiddenness": self.hiddenness.value,
             "visible_fraction": round(self.visible_fraction, 4),
@@ -244,19 +251,19 @@ class Difficulty:
         }
 
     def words(self) -> str:
-        """One line."""
+        """Return the facts on one line."""
         seen = f"target {100 * self.visible_fraction:.0f} % in sight ({self.hiddenness.value})"
         around = f"{self.in_front} in front, {self.beside} beside, {self.taller} taller"
         return f"{self.objects} objects, {seen}, {around}"
 
 
 def difficulty_of(problem: Problem, inspector: Inspector) -> Difficulty:
-    """The facts of a problem: as its file states them, or measured where it does not."""
+    """Return the facts of a problem: as its file states them, else measured."""
     return stated_difficulty(problem) or inspector.difficulty(inspector.view(problem), problem.target)
 
 
 def stated_difficulty(problem: Problem) -> Difficulty | None:
-    """What `Difficulty.facts` wrote into the problem's origin; None if that is not there, or of another target."""
+    """Read `Difficulty.facts` from the problem's origin; None if they are missing, or of another target."""
     if problem.origin.get("target", problem.target) != problem.target:
         return None
     names = ("hiddenness", "visible_fraction", "in_front", "beside", "taller")

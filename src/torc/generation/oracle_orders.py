@@ -1,4 +1,4 @@
-"""ORACLE's orders of picks as they were kept: in answer files, and in the origin of problems chosen by them."""
+"""ORACLE's recorded orders of picks: in answer files, and in the origin of problems chosen by them."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -13,21 +13,21 @@ from torc.oracle.answer import PASS_NAME, OracleAnswer
 from torc.problems.problem import Problem
 
 ORDER_KEY = "oracle_order"
-"""Where a problem's origin holds the order."""
+"""Key of a problem's origin that holds the order."""
 _MAX_BYTES = 1_000_000
 _WRITERS = "`torc problems solve PROBLEM --json` and benchmarks/oracle.py write such files"
 
 
 @dataclass(frozen=True)
 class OracleOrder:
-    """An order of picks (PASS_NAME where nothing can be), and how good it is, in words."""
+    """An order of picks (PASS_NAME where nothing can be picked), and how good it is, in words."""
 
     names: tuple[str, ...]
     verdict: str
 
 
 def stated_order(problem: Problem) -> OracleOrder | None:
-    """The order that a problem's origin states; None if it states none, or one to another target."""
+    """Return the order that a problem's origin states; None if it states none, or one to another target."""
     names = tuple(name for name in str(problem.origin.get(ORDER_KEY, "")).split(", ") if name)
     if not names or not _is_of(problem, names) or not _ends_well(problem, names):
         return None
@@ -35,8 +35,9 @@ def stated_order(problem: Problem) -> OracleOrder | None:
 
 
 def orders_from(answers: Path, problems: Iterable[Problem]) -> dict[str, OracleOrder]:
-    """The orders in a directory of answer files (*.json), by the problem's name; of several seeds the first. Answers to
-    other problems are passed over. Raises InputError for files that are no answers or are outdated, or if none fits.
+    """Return the orders in a directory of answer files (*.json), by the problem's name; of several seeds the first.
+
+    Answers to other problems are skipped. Raises InputError for invalid or outdated files, or if none fits.
     """
     if not answers.is_dir():
         raise InputError(f"There is no directory '{answers}' of answers; {_WRITERS}.")
@@ -65,7 +66,7 @@ def orders_from(answers: Path, problems: Iterable[Problem]) -> dict[str, OracleO
 
 
 def _ends_well(problem: Problem, names: tuple[str, ...]) -> bool:
-    """With the target; if that is not there, with anything."""
+    """True if the order ends with the target; an absent target allows any end."""
     return problem.absent or names[-1:] == (problem.target,)
 
 

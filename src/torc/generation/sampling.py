@@ -1,4 +1,4 @@
-"""Which objects a made-up scene is of, and what they are called in it."""
+"""Choose the objects of a generated scene, and their names in it."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -22,8 +22,16 @@ from torc.records.camera import MAX_OBJECTS
 def sample_models(
     count: int, rng: np.random.Generator, held_out: bool | None = None, models: Sequence[str] | None = None
 ) -> list[str]:
-    """Random model names, kinds as different as possible: of held-out kinds, of others, or of all; of `models`, by
-    default the built-in ones. Raises InputError for too many, or nothing to draw from.
+    """Draw random model names of kinds as different as possible.
+
+    Args:
+        count: number of models.
+        rng: the source of randomness.
+        held_out: only held-out kinds, only others, or all (None).
+        models: the models to draw from; by default the built-in ones.
+
+    Raises:
+        InputError: too many are wanted, or there is nothing to draw from.
     """
     if not 0 <= count <= MAX_OBJECTS:
         raise InputError(f"A scene holds 0 to {MAX_OBJECTS} objects, not {count}.")
@@ -45,7 +53,7 @@ def sample_models(
 
 
 def placement_names(models: Sequence[str]) -> list[str]:
-    """A unique name for each: the model's own, numbered from the second one on."""
+    """Return a unique name for each model: its own, numbered from the second one on."""
     seen: Counter[str] = Counter()
     names = []
     for model in models:
@@ -55,12 +63,12 @@ def placement_names(models: Sequence[str]) -> list[str]:
 
 
 def allowed_models(config: GenerationConfig, highest_m: float = np.inf) -> tuple[str, ...]:
-    """Names of the object models that a configuration lets be used, of those that stand no higher than that.
+    """Return the names of the object models that a configuration allows, of those no higher than highest_m.
 
     Raises:
-        UnknownNameError: it names a kind or a model that there is not (kinds of own objects: among those asked for).
-        InputError: own objects are asked for and there are none; or there are fewer models than the objects of a
-            problem: the target's description would not be unique.
+        UnknownNameError: it names an unknown kind or model (kinds of user-defined objects: among those requested).
+        InputError: user-defined objects are requested and there are none; or there are fewer models than the objects of
+            a problem: the target's description would not be unique.
     """
     for name in config.models:
         if not has_object(name):

@@ -1,4 +1,4 @@
-"""Things sorted as in a cupboard: tins with tins, cups with cups. What a thing is then tells where it may be."""
+"""Things sorted as in a cupboard: tins with tins, cups with cups, so that the kind of a thing hints at its place."""
 
 from collections.abc import Sequence
 from types import MappingProxyType
@@ -25,17 +25,18 @@ SORTS = MappingProxyType(
 """The kinds of objects that stand together."""
 _SORT_OF = {kind: sort for sort, kinds in SORTS.items() for kind in kinds}
 _EACH = 4
-"""About so many objects of a sort."""
+"""About this many objects of a sort."""
 
 
 def sort_of(model: str) -> str:
-    """The sort of a model; "" for one of none. Raises UnknownNameError for an unknown model."""
+    """Return the sort of a model; "" if it has none. Raises UnknownNameError for an unknown model."""
     return _SORT_OF.get(object_facts(model).kind, "")
 
 
 def sample_sorted(count: int, rng: np.random.Generator, models: Sequence[str]) -> list[str]:
-    """Random models of a few sorts, about as many of each; one sort after the other. Raises InputError if `models` has
-    none that belongs to a sort.
+    """Draw random models of a few sorts, about equally many of each; one sort after the other.
+
+    Raises InputError if no model of `models` belongs to a sort.
     """
     of_sort = {sort: [name for name in models if sort_of(name) == sort] for sort in SORTS}
     there = [sort for sort, names in of_sort.items() if names]
@@ -48,8 +49,9 @@ def sample_sorted(count: int, rng: np.random.Generator, models: Sequence[str]) -
 
 
 def lanes(models: Sequence[ObjectModel], region: Rectangle, rng: np.random.Generator) -> list[Rectangle]:
-    """The part of a region that each object may stand in: a lane from front to back for each sort, in random order, as
-    wide as its objects need.
+    """Return the part of a region that each object may stand in.
+
+    Each sort has a lane from front to back, in random order, as wide as its objects need.
     """
     sorts = [sort_of(m.name) for m in models]
     present = list(dict.fromkeys(sorts))

@@ -1,4 +1,4 @@
-"""The whole surface of an object model as a cloud, as a camera would see it that can look from everywhere."""
+"""The whole surface of an object model as a cloud, as if seen by a camera from everywhere."""
 
 from functools import lru_cache
 
@@ -9,29 +9,30 @@ from torc.geometry.transforms import Pose
 from torc.objects.models import ObjectModel, VisualMesh
 
 SPACING_M = 0.004
-"""Distance between neighbouring points: what the grasp planner thins its clouds to."""
+"""Distance between neighbouring points: the grasp planner thins its clouds to it."""
 _PER_SPACING = 2.5
 _INSIDE_M = 0.003
 """How far beyond a surface a contact piece must reach for that surface to be inside the object. Surfaces and pieces
-agree within 2 mm."""
+agree within 2 mm.
+"""
 
 _AT_ONCE = 20_000
-"""Points: a contact piece of many sides takes 8 kB for each."""
+"""Points at once: a contact piece of many sides takes 8 kB for each."""
 
 Cloud = tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"]]
 
 
 @lru_cache(maxsize=128)
 def surface_cloud(model: ObjectModel) -> Cloud:
-    """Points and outward unit normals all over a model, model frame, about SPACING_M apart; always the same ones.
+    """Return points and outward unit normals all over a model, model frame, about SPACING_M apart; deterministic.
 
     Surfaces that are buried in another part of the object are left out. The two sides of a thin wall keep their own
-    points: averaged over a cube, as clouds from a camera are, they would cancel out.
+    points: averaged over a cube, like clouds from a camera, they would cancel out.
     """
     clouds = [_samples(mesh) for mesh in model.visuals]
     points, normals = (np.concatenate(arrays) for arrays in zip(*clouds))
     open_ = ~_buried(model, points + _INSIDE_M * normals)
-    if open_.any():  # of an object that lies within its own pieces, what there is
+    if open_.any():  # for an object that lies within its own pieces, keep everything
         points, normals = points[open_], normals[open_]
     keep = _one_per_cube_and_side(points, normals)
     return points[keep], normals[keep]
@@ -40,13 +41,13 @@ def surface_cloud(model: ObjectModel) -> Cloud:
 def placed(
     points: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"], T_world_object: Pose
 ) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"]]:
-    """A cloud of the model frame in the world frame."""
+    """Transform a cloud from the model frame to the world frame."""
     R = T_world_object[:3, :3]
     return points @ R.T + T_world_object[:3, 3], normals @ R.T
 
 
 def _samples(mesh: VisualMesh) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"]]:
-    """Points spread evenly at random over the triangles, and the triangles' normals there."""
+    """Return points spread evenly at random over the triangles, and the triangles' normals there."""
     a, b, c = (mesh.vertices[mesh.faces[:, k]].astype(float) for k in range(3))
     cross = np.cross(b - a, c - a)
     double_area = np.linalg.norm(cross, axis=1)
@@ -57,7 +58,7 @@ def _samples(mesh: VisualMesh) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarr
         return np.zeros((0, 3)), np.zeros((0, 3))
     rng = np.random.default_rng(0)
     count = int(np.ceil(total / (SPACING_M / _PER_SPACING) ** 2))
-    # One point every total / count of area: large triangles get their share, small ones theirs in the mean.
+    # One point every total / count of area: large triangles get their share, small ones theirs on average.
     at = (np.arange(count) + rng.random(count)) * (2 * total / count)
     face = np.minimum(np.searchsorted(np.cumsum(double_area), at, side="right"), len(a) - 1)
     u, v = np.sqrt(rng.random(count)), rng.random(count)
@@ -80,7 +81,7 @@ def _buried(model: ObjectModel, points: Float[np.ndarray, "n 3"]) -> Bool[np.nda
 def _one_per_cube_and_side(
     points: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"]
 ) -> Int[np.ndarray, "m"]:
-    """The first point of every cube for each of the six directions that its surface may mainly face."""
+    """Return the first point of every cube for each of the six directions that its surface may mainly face."""
     if len(points) == 0:
         return np.zeros(0, dtype=np.int64)
     index = np.floor(points / SPACING_M).astype(np.int64)

@@ -1,4 +1,4 @@
-"""Checking a problem, whoever made it: does it stay as it is, is it no trivial one, can it be solved."""
+"""Check a problem of any origin: whether it stays at rest, is not trivial, and can be solved."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -25,9 +25,14 @@ _SAME_FRACTION = 0.02
 
 @dataclass(frozen=True)
 class Check:
-    """One thing that was checked: "contact", "rest", "sight", "first look", "target", "surroundings" or "solution",
-    of a target that is not there "absence" instead of what is about it
-    ("objects" where they cannot be simulated), whether it passed, and what was found, in words."""
+    """One check of a problem.
+
+    Attributes:
+        name: "contact", "rest", "sight", "first look", "target", "surroundings" or "solution"; "absence" in place of
+            the checks of an absent target; "objects" if they cannot be simulated.
+        passed: the result.
+        text: the finding in words.
+    """
 
     name: str
     passed: bool
@@ -36,8 +41,7 @@ class Check:
 
 @dataclass(frozen=True)
 class ValidationReport:
-    """What was found of a problem: checks in the order in which they were made; no difficulty if the scene could not be
-    looked at."""
+    """The findings on a problem: checks in order; no difficulty if no look at the scene was possible."""
 
     problem: str
     checks: tuple[Check, ...]
@@ -45,7 +49,7 @@ class ValidationReport:
 
     @property
     def valid(self) -> bool:
-        """Every check passed."""
+        """True if every check passed."""
         return all(check.passed for check in self.checks)
 
 
@@ -60,9 +64,16 @@ def validate_problem(
     stillness: StillnessConfig | None = None,
     first_looks: int = 3,
 ) -> ValidationReport:
-    """Checks a problem as its file has it: contact, rest, sight, first look (grasps planned `first_looks` times, each
-    with other random candidates), target, surroundings, and with `resolve` that it can be solved. `progress` is told
-    each check as it is made."""
+    """Check a problem as its file has it: contact, rest, sight, first look, target and surroundings.
+
+    Args:
+        problem: the problem.
+        inspector: looks at it with the system that has to solve it.
+        resolve: also check that it can be solved.
+        progress: called with each check.
+        stillness: how still it must be.
+        first_looks: how often grasps are planned from the first look, each time with other random candidates.
+    """
     checks: list[Check] = []
     difficulty = None
 
@@ -98,11 +109,11 @@ def oracle_check(
     budget: float = DEFAULT_BUDGET,
     say: Callable[[str], None] = lambda text: None,
 ) -> Resolve:
-    """A check that the oracle finds an order of picks, of at least two, that retrieves the target: the stand-in for the
-    paper's people who tried each problem.
+    """Return a check that the oracle finds an order of at least two picks that retrieves the target.
 
-    "The scene was adjusted [...] until it admitted a solution with a task sequence of at least two steps." (Simulated
-    Dataset, step 5) The budget is in simulated picks. Raises InputError if it is no positive number.
+    It stands in for the paper's people who tried each problem: "The scene was adjusted [...] until it admitted a
+    solution with a task sequence of at least two steps." (Simulated Dataset, step 5) The budget is in simulated picks.
+    Raises InputError if it is not a positive number.
     """
     check_budget(budget)
 
@@ -120,7 +131,9 @@ def oracle_check(
 def _of_target(
     problem: Problem, view: SceneView, difficulty: Difficulty, inspector: Inspector, first_looks: int
 ) -> Iterator[Check]:
-    """Whether it is hard to get, and can be got as far as a look tells; of one that is not there, whether it might."""
+    """Check whether the target is hard to get, but possible as far as a look shows; for an absent one, whether it could
+    be there.
+    """
     if problem.absent:
         places = inspector.places(view)
         told = f"The target is not there; after the first look it could be in {places} poses."

@@ -27,13 +27,12 @@ _FILL = 0.84
 _SIDE_FROM = (-0.15, -1.0, 0.45)
 """Direction from the clutter to the eye of the side view, world."""
 _DASH = 3.5
-"""Length of a dash against the outline's thickness."""
+"""Length of a dash, as a multiple of the outline's thickness."""
 
 
 @dataclass(frozen=True)
 class ViewConfig:
-    """Size and outline of the pictures, pixels, and the field of view of all but the robot's camera, which has its
-    own."""
+    """Size and outline of the pictures, pixels, and the field of view of all cameras but the robot's."""
 
     width: int = 480
     height: int = 360
@@ -44,16 +43,16 @@ class ViewConfig:
 def problem_views(
     problem: Problem, workspace: Workspace | None = None, config: ViewConfig | None = None
 ) -> dict[ViewName, View]:
-    """What the robot's camera sees, and nearer views without further boxes of the workspace: front (from there), side
-    (from the robot's right) and top (the robot below).
+    """Draw the view of the robot's camera, and nearer views without further boxes of the workspace.
 
-    The whole target is outlined in the colour images: solid where it is in sight, dashed where something hides it.
+    These are from the front, from the side (the robot's right) and from the top (the robot below). The whole target is
+    outlined in the colour images: solid where it is in sight, dashed where something hides it.
     """
     workspace = workspace or load_workspace(problem.workspace or DEFAULT_WORKSPACE)
     config = config or ViewConfig()
     world = build_world(problem, None, workspace)
     near = _near_poses(world, workspace, config)
-    # Walls and roofs would hide what is among them from the side and from above.
+    # Walls and roofs would hide the objects among them from the side and from above.
     bare = build_world(replace(problem, workspace=""), None, replace(workspace, obstacles=()))
     own = replace(workspace.camera, width=config.width, height=config.height)
     mount = CameraMount(near["front"], config.width, config.height, config.vertical_fov_rad)
@@ -64,7 +63,7 @@ def problem_views(
 def _render(
     world: World, mount: CameraMount, poses: Mapping[ViewName, Pose], config: ViewConfig
 ) -> dict[ViewName, View]:
-    """The views of one camera from some poses."""
+    """Render the views of one camera from some poses."""
     state = save_state(world)
     with CameraRenderer(world, mount) as renderer:
         views = {name: renderer.render(pose) for name, pose in poses.items()}
@@ -80,7 +79,7 @@ def _render(
 
 
 def _near_poses(world: World, workspace: Workspace, config: ViewConfig) -> dict[ViewName, Pose]:
-    """Cameras as near as they can be with all of the clutter in the picture."""
+    """Return cameras as near as possible with all of the clutter in the picture."""
     points = np.concatenate(
         [
             mesh.vertices @ rotation_from_wxyz(wxyz).T + position
@@ -100,7 +99,7 @@ def _near_poses(world: World, workspace: Workspace, config: ViewConfig) -> dict[
 
 
 def _fitting(points: Float[np.ndarray, "n 3"], way: Float[np.ndarray, "3"], config: ViewConfig) -> Pose:
-    """The nearest camera that looks against a direction and has all points in the picture, with a margin."""
+    """Return the nearest camera that looks against a direction and has all points in the picture, with a margin."""
     pose = look_at(way, np.zeros(3))
     across, down, along = (points @ pose[:3, :3]).T
     slope_down = _FILL * np.tan(config.vertical_fov_rad / 2)
@@ -113,7 +112,7 @@ def _fitting(points: Float[np.ndarray, "n 3"], way: Float[np.ndarray, "3"], conf
 
 
 def _apex(across: Float[np.ndarray, "n"], along: Float[np.ndarray, "n"], slope: float) -> tuple[float, float]:
-    """The tip of the narrowest wedge of that slope around some points: where across, and where along."""
+    """Return the tip of the narrowest wedge of that slope around some points: its across and along."""
     highest, lowest = float((across - slope * along).max()), float((across + slope * along).min())
     return (highest + lowest) / 2, (lowest - highest) / (2 * slope)
 
@@ -124,7 +123,7 @@ def _outlined(
     seen: Bool[np.ndarray, "h w"],
     thickness: int,
 ) -> UInt8[np.ndarray, "h w 3"]:
-    """The outline of a mask: solid where its seen part is near, dashed elsewhere."""
+    """Outline a mask: solid near its visible part, dashed elsewhere."""
     image = image.copy()
     near = cv2.dilate(seen.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
     contours, _ = cv2.findContours(whole.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)

@@ -1,6 +1,6 @@
 """`torc/Retrieval-v0`: a Gymnasium environment over "which object next".
 
-Importing this package makes its name known to Gymnasium, which has no entry points for that since its version 1.0; so
+Importing this package registers the name with Gymnasium, which has no entry points for that since its version 1.0; so
 does `gymnasium.make("torc.gym_env:torc/Retrieval-v0")`. The simulation is imported when an environment is made.
 """
 

@@ -67,12 +67,12 @@ def observed(context: PlanningContext, max_picks: int) -> dict[str, np.ndarray]:
 
 
 def action_mask(context: PlanningContext) -> Int8[np.ndarray, "64"]:
-    """1 for the objects that can be picked now; all 0 if nothing can, and then every action is a lost pick."""
+    """Return 1 for the objects that can be picked now; if nothing can, all are 0 and every action is a lost pick."""
     return _ones(list(context.report.graspable_ids))
 
 
 def stacked(observation: dict[str, np.ndarray]) -> Float32[np.ndarray, "64 f"]:
-    """The per-object features of an observation side by side, for a network that looks at one object at a time.
+    """Return the per-object features of an observation side by side, for a network that looks at one object at a time.
 
     The columns are those of PER_OBJECT and, last, the weight of the edge that the target has to the object.
     """
@@ -92,23 +92,23 @@ _NO_EPISODE = "There is no episode in progress: call reset() first."
 
 
 class EpisodeSimulation(Closing):
-    """Episodes with the parts that `run_trial` puts together: the same problem, seed and picks go the same way.
+    """Episodes with the parts of `run_trial`: equal problem, seed and picks give equal episodes.
 
-    The world of the latest problem is kept: another episode in it need not be built anew.
+    The world of the latest problem is kept, so that another episode in it need not build it anew.
     """
 
     def __init__(self, conditions: Conditions, *, color: bool) -> None:
-        """Without `color`, where no pictures are needed, each look is faster. Raises InputError."""
+        """Build the parts. Without `color`, if no pictures are needed, each look is faster. Raises InputError."""
         self._system = build_system(conditions)
         self._color = color or needs_color(self._system)
         self._open: tuple[str, SimulatedRobot, RobotState] | None = None  # problem, robot, state as built
         self._rehearsed = False
 
     def begin(self, problem: str, config: EpisodeConfig) -> Episode:
-        """The episode of a problem, before its first look; the one before it is over. The first one compiles kernels
-        where they are not cached, and says so on stderr.
+        """Return the episode of a problem, before its first look; the previous one is over.
 
-        Raises InputError for a problem that cannot be used, and PhysicsError if it breaks before the first pick.
+        The first call compiles kernels that are not cached, and says so on stderr. Raises InputError for a problem that
+        cannot be used, and PhysicsError if it breaks before the first pick.
         """
         if self._open is None or self._open[0] != problem:
             self.close()
@@ -125,7 +125,7 @@ class EpisodeSimulation(Closing):
         return episode
 
     def close(self) -> None:
-        """Frees the world and its camera."""
+        """Free the world and its camera."""
         if self._open is not None:
             self._open[1].close()
             self._open = None
@@ -140,14 +140,15 @@ class RetrievalEnv(gymnasium.Env[dict[str, np.ndarray], np.int64]):
         problems: as `torc problems list` names them: sets, problems, files, directories; comma-separated or a sequence.
         image: also observe the marked image.
         pick_cost: of each attempt, failed ones included, and of each that is left when an episode ends without the
-            target: to lose the target is no way to save picks.
+            target: losing the target must not save picks.
         drop_cost: of each object that falls off the table.
         retrieval_bonus: for the target.
         render_mode: None, or "rgb_array" for the robot's camera.
-        simulation: begins the episodes; an `EpisodeSimulation` of these conditions if not given.
+        simulation: begins the episodes; by default an `EpisodeSimulation` of these conditions.
         conditions: what is around the agent (max_picks, noise, robot, perception, settings, ...), see `Conditions`.
 
-    Raises InputError for an argument or a problem that cannot be used.
+    Raises:
+        InputError: an argument or a problem cannot be used.
     """
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": 1}  # noqa: RUF012 - Gymnasium's own form
@@ -201,18 +202,23 @@ class RetrievalEnv(gymnasium.Env[dict[str, np.ndarray], np.int64]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-        """Begin an episode: problem and seed of the episode are drawn from the environment's own generator.
+        """Begin an episode; its problem and seed are drawn from the environment's own generator.
 
-        `seed` seeds that generator. The options "problem" and "episode_seed" name them instead: `torc run PROBLEM
-        --seed N` with the same picks goes the same way. Raises InputError for an unknown option or a problem that
-        cannot be played, and PhysicsError if the simulation broke before the first pick.
+        Args:
+            seed: seeds that generator.
+            options: "problem" and "episode_seed" replace the draws: `torc run PROBLEM --seed N` with the same picks
+                goes the same way.
+
+        Raises:
+            InputError: an option is unknown, or the problem cannot be played.
+            PhysicsError: the simulation broke before the first pick.
         """
         super().reset(seed=seed)
         options = options or {}
         for name in options:
             if name not in RESET_OPTIONS:
                 raise InputError(f"reset() has no option '{name}'; it has {', '.join(RESET_OPTIONS)}.")
-        # Both are drawn whatever the options, so that they shift nothing.
+        # Both are drawn whatever the options, so that these shift no later draw.
         problem = self.problems[int(self.np_random.integers(len(self.problems)))]
         episode_seed = int(self.np_random.integers(_SEEDS))
         problem = str(options.get("problem", problem))
@@ -220,7 +226,7 @@ class RetrievalEnv(gymnasium.Env[dict[str, np.ndarray], np.int64]):
         if not isinstance(episode_seed, int) or episode_seed < 0:
             raise InputError(f"The episode's seed is {episode_seed!r}; it must be an integer, at least 0.")
         self._facts = {"problem": problem, "episode_seed": episode_seed}
-        # Whatever fails from here on, the episode before this one is over.
+        # Whatever fails from here on, the previous episode is over.
         self._episode, self._look = None, None
         episode = self._simulation.begin(problem, EpisodeConfig(self.max_picks, episode_seed))
         look = episode.look()
@@ -232,8 +238,8 @@ class RetrievalEnv(gymnasium.Env[dict[str, np.ndarray], np.int64]):
     def step(self, action: np.int64 | int) -> tuple[dict[str, np.ndarray], float, bool, bool, dict[str, Any]]:
         """Pick the object of that id. An object that cannot be picked is a lost pick, as for a task planner.
 
-        Raises InputError without an episode in progress or for an action that is no object id, and another TorcError
-        if a part failed otherwise than by broken physics, which truncates the episode.
+        Raises InputError without an episode in progress or for an action that is not an object id, and another
+        TorcError if a part failed, except by broken physics, which truncates the episode.
         """
         episode, look = self._episode, self._look
         if episode is None or look is None or episode.end is not None:
@@ -260,13 +266,13 @@ class RetrievalEnv(gymnasium.Env[dict[str, np.ndarray], np.int64]):
         return self._observation(look), reward, ended, False, info
 
     def action_masks(self) -> Bool[np.ndarray, "64"]:
-        """Which objects can be picked now, as sb3-contrib's maskable agents ask for it."""
+        """Return which objects can be picked now, as sb3-contrib's maskable agents need it."""
         if self._look is None:
             raise InputError(_NO_EPISODE)
         return action_mask(self._look.context).astype(bool)
 
     def render(self) -> UInt8[np.ndarray, "h w 3"] | None:
-        """The picture of the robot's camera at the latest look."""
+        """Return the picture of the robot's camera at the latest look."""
         if self.render_mode is None:
             return None
         if self._look is None:
@@ -274,7 +280,7 @@ class RetrievalEnv(gymnasium.Env[dict[str, np.ndarray], np.int64]):
         return self._look.context.scene.observation.rgb
 
     def close(self) -> None:
-        """Frees the simulation."""
+        """Free the simulation."""
         self._simulation.close()
         self._episode, self._look = None, None
 
@@ -283,5 +289,5 @@ class RetrievalEnv(gymnasium.Env[dict[str, np.ndarray], np.int64]):
         return observation | ({"image": mark_image(look.context.scene)} if self.image else {})
 
     def _info(self, look: Look) -> dict[str, Any]:
-        """What holds at every look."""
+        """Return the facts of a look."""
         return {**self._facts, "pick": len(look.context.history), "action_mask": action_mask(look.context)}

@@ -1,1 +1,1 @@
-"""Files: strict readers for untrusted ones, records, results that appear whole, pictures, digests."""
+"""Files: strict readers for untrusted input, records, results that appear whole, pictures, digests."""

@@ -1,4 +1,4 @@
-"""JSON, pictures and arrays of untrusted files, read within bounds."""
+"""Read JSON, pictures and arrays of untrusted files within bounds."""
 
 import json
 import zipfile
@@ -17,7 +17,7 @@ MAX_ARRAY_BYTES = 512 * 2**20
 
 
 def read_json(path: Path) -> dict[str, Any]:
-    """A JSON object. Raises InputError."""
+    """Read a JSON object. Raises InputError."""
     try:
         data = json.loads(read_text(path))
     except (OSError, ValueError, RecursionError) as error:
@@ -28,7 +28,7 @@ def read_json(path: Path) -> dict[str, Any]:
 
 
 def read_pixels(path: Path) -> np.ndarray:
-    """Of a picture: rgb.png in color, the others as they are. Raises InputError."""
+    """Read a picture's pixels: rgb.png in colour, others unchanged. Raises InputError."""
     try:
         with Image.open(path) as opened:
             if opened.width * opened.height > MAX_PIXELS:
@@ -41,7 +41,7 @@ def read_pixels(path: Path) -> np.ndarray:
 
 
 def read_arrays(path: Path) -> dict[str, np.ndarray]:
-    """All arrays of a .npz. Raises InputError."""
+    """Read all arrays of a .npz. Raises InputError."""
     try:
         with zipfile.ZipFile(path) as archive:
             if max((member.file_size for member in archive.infolist()), default=0) > MAX_ARRAY_BYTES:

@@ -10,20 +10,20 @@ from typing import Any
 
 
 def fingerprint(facts: Mapping[str, Any]) -> str:
-    """SHA-256 of plain data; the order of keys does not count."""
+    """Return the SHA-256 of plain data; the order of keys does not count."""
     text = json.dumps(facts, sort_keys=True, separators=(",", ":"), ensure_ascii=True, allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()
 
 
 def file_fingerprint(path: Path) -> str:
-    """SHA-256 of a file's bytes."""
+    """Return the SHA-256 of a file's bytes."""
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def part_source(maker: Any) -> str:
-    """Fingerprint of the file that defines a planner; "" where there is none, e.g. compiled ones.
+    """Return the fingerprint of the file that defines a planner; "" if there is none, e.g. for compiled ones.
 
-    Once per file and process: what was imported stays what it is, whatever is written into its file afterwards.
+    Each file is read once per process: imported code does not change when its file does.
     """
     try:
         path = inspect.getsourcefile(maker)
@@ -38,4 +38,4 @@ def _as_first_read(path: str) -> str:
 
 
 forget_files = _as_first_read.cache_clear
-"""Read them again, as a new process would."""
+"""Forget what was read, as a new process would."""

@@ -1,4 +1,4 @@
-"""Numbers of records that people make in Python: NumPy's become plain ones, and what is not a number is refused."""
+"""Numbers in records that people make in Python: NumPy's become plain ones, everything else is refused."""
 
 import math
 import types
@@ -14,7 +14,9 @@ def take_numbers(record: Any) -> None:
     """Make the numbers of a frozen dataclass plain, for its __post_init__.
 
     Fields of int take Python's and NumPy's whole numbers, fields of float any real number, fields of bool either bool.
-    Raises InputError for everything else, True and False in place of numbers included.
+
+    Raises:
+        InputError: a field holds anything else, e.g. True in place of a number.
     """
     for name, (kind, optional) in _kinds(type(record)).items():
         value = getattr(record, name)
@@ -29,7 +31,7 @@ def take_numbers(record: Any) -> None:
 
 
 def plain_values(values: Mapping[str, Any]) -> dict[str, Any]:
-    """A mapping with plain values in place of NumPy's scalars."""
+    """Return the mapping with plain values in place of NumPy's scalars."""
     return {k: _of_python(v) for k, v in values.items()}
 
 
@@ -37,28 +39,29 @@ _WORDS = {int: "a whole number", float: "a number", bool: "True or False"}
 
 
 def _plain(kind: type, value: Any) -> Any:
-    """The value as a plain one of that kind; None if it is not of that kind."""
+    """Return the value as a plain one of that kind; None if it is of another kind."""
     plain = _of_python(value)
     if isinstance(plain, bool):
         return plain if kind is bool else None
     if kind is int:
         return plain if isinstance(plain, int) else None
     if kind is float and isinstance(plain, int | float):
-        # Whole numbers stay whole, since labels and cache keys show them so.
+        # Whole numbers stay whole: labels and cache keys show them like that.
         return None if math.isnan(plain) else plain
     return None
 
 
 def _of_python(value: Any) -> Any:
-    """A scalar of NumPy as Python's own; everything else as it is. NumPy is not imported for that: `torc --help` reads
-    these records, too.
+    """Return a NumPy scalar as Python's own, anything else unchanged.
+
+    It does not import NumPy, because `torc --help` reads these records too.
     """
     scalar = type(value).__module__ == "numpy" and getattr(value, "shape", None) == ()
     return value.item() if scalar else value
 
 
 def _kinds(cls: Any) -> dict[str, tuple[type, bool]]:
-    """Kind of number and whether None is allowed, by field; of fields that hold numbers alone."""
+    """Return, for each field that holds only numbers, their kind and whether None is allowed."""
     hints = typing.get_type_hints(cls)
     found: dict[str, tuple[type, bool]] = {}
     for field in fields(cls):

@@ -1,4 +1,4 @@
-"""Pictures as bytes (PNG, JPEG), and those of more than 8 bits scaled, where PIL would clip them to white."""
+"""Pictures as bytes (PNG, JPEG). Those of more than 8 bits are scaled, where PIL would clip them to white."""
 
 import base64
 from pathlib import Path
@@ -10,18 +10,18 @@ from PIL import Image
 
 
 def write_png(path: Path, rgb: UInt8[np.ndarray, "h w 3"]) -> None:
-    """Write a picture. Raises OSError where it cannot."""
+    """Write a picture as PNG. Raises OSError if it cannot be written."""
     path.write_bytes(png_bytes(rgb))
 
 
 def png_bytes(rgb: UInt8[np.ndarray, "h w 3"]) -> bytes:
-    """A picture as a PNG file; the same picture gives the same bytes."""
+    """Return a picture as a PNG file; equal pictures give equal bytes."""
     _, encoded = cv2.imencode(".png", cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR))
     return encoded.tobytes()
 
 
 def jpeg_bytes(rgb: UInt8[np.ndarray, "h w 3"], quality: int = 92) -> bytes:
-    """A picture as a JPEG file, a quarter of the size."""
+    """Return a picture as a JPEG file, about a quarter of the PNG's size."""
     _, encoded = cv2.imencode(
         ".jpg", cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, quality]
     )
@@ -29,24 +29,26 @@ def jpeg_bytes(rgb: UInt8[np.ndarray, "h w 3"], quality: int = 92) -> bytes:
 
 
 def media_type(picture: bytes) -> str:
-    """Of a file that is PNG or JPEG."""
+    """Return the media type of a PNG or JPEG file."""
     return "image/jpeg" if picture.startswith(b"\xff\xd8\xff") else "image/png"
 
 
 def data_url(picture: bytes) -> str:
-    """A PNG or JPEG file in the form in which pages and messages carry it."""
+    """Return a PNG or JPEG file as the data URL that pages and messages carry."""
     return f"data:{media_type(picture)};base64,{base64.b64encode(picture).decode()}"
 
 
 def eight_bit_picture(image: Image.Image) -> Image.Image:
-    """The picture in a mode that PIL converts to colour without clipping: deep grey ones are scaled."""
+    """Return the picture in a mode that PIL converts to colour without clipping: deep grey ones are scaled."""
     deep = image.mode.startswith(("I", "F"))
     return Image.fromarray(in_eight_bits(np.array(image))) if deep else image
 
 
 def in_eight_bits(image: np.ndarray) -> np.ndarray:
-    """Brightness from 0 to 255: of floats up to 1, and of integers of 10 to 16 bits, by the least such range that holds
-    all of them. Other pictures pass as they are.
+    """Scale brightness to 0..255: floats up to 1, and integers of 10 to 16 bits by the least range that holds all of
+    them.
+
+    Other pictures are unchanged.
     """
     if image.dtype == np.uint8 or image.size == 0 or not np.issubdtype(image.dtype, np.number):
         return image

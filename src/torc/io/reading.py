@@ -1,4 +1,4 @@
-"""Files from strangers: plain, and no larger than they may be."""
+"""Read files from strangers: plain ones, up to a size."""
 
 import os
 import stat
@@ -8,9 +8,15 @@ from torc.errors import InputError
 
 
 def read_bytes(path: Path, max_bytes: int, what: str) -> bytes:
-    """The content of a plain file; `what` names it in errors.
+    """Return the content of a plain file.
 
-    Raises InputError: missing, too large, a link, or no plain file (reading a device or a pipe could go on for ever).
+    Args:
+        path: the file.
+        max_bytes: its largest allowed size.
+        what: names it in errors.
+
+    Raises:
+        InputError: it is missing, too large, a link, or not a plain file (a device or pipe could be read for ever).
     """
     try:
         handle = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0))
@@ -32,14 +38,16 @@ def read_bytes(path: Path, max_bytes: int, what: str) -> bytes:
 
 
 def read_text(path: Path, errors: str = "strict") -> str:
-    """Return the text of a UTF-8 file without its byte-order mark, which editors on Windows write. `errors` as in
-    `bytes.decode`. Raises OSError and UnicodeDecodeError.
+    """Return the text of a UTF-8 file without its byte-order mark, which editors on Windows write.
+
+    `errors` as in `bytes.decode`. Raises OSError and UnicodeDecodeError.
     """
     return path.read_text(encoding="utf-8-sig", errors=errors)
 
 
 def read_plain_text(path: Path, max_bytes: int, what: str) -> str:
-    """Return the text of a plain file without its byte-order mark; what is not UTF-8 becomes U+FFFD. Raises InputError
-    as `read_bytes`.
+    """Return the text of a plain file without its byte-order mark; bytes that are not UTF-8 become U+FFFD.
+
+    Arguments and errors are those of `read_bytes`.
     """
     return read_bytes(path, max_bytes, what).decode("utf-8-sig", "replace")

@@ -25,8 +25,10 @@ Record = TypeVar("Record")
 def save_record(record: Any, path: Path | str) -> None:
     """Write a record atomically: to a temporary file beside `path`, then renamed.
 
-    Arrays keep dtype and shape bit for bit; nested records, tuples, enums and None are kept. Raises TypeError
-    for a field of another kind (a record holds plain data only).
+    Arrays keep dtype and shape bit for bit; nested records, tuples, enums and None are kept.
+
+    Raises:
+        TypeError: a field is not plain data.
     """
     path = Path(path)
     arrays: dict[str, np.ndarray] = {}
@@ -54,8 +56,15 @@ def load_record(path: Path | str, cls: type[Record]) -> Record:
 
 
 def load_checked(path: Path, cls: type[Record], max_bytes: int, what: str) -> Record:
-    """As `load_record`, of a file that may come from a stranger: its arrays are finite, of the annotated types and
-    shapes, and not unpacked before their size is known. `what` names the content for messages.
+    """Read a record of a file that may come from a stranger, as `load_record` does, with checks.
+
+    Its arrays must be finite and of the annotated types and shapes. They are not unpacked before their size is known.
+
+    Args:
+        path: the file.
+        cls: type of the record.
+        max_bytes: largest size unpacked.
+        what: names the content in errors.
     """
     try:
         with zipfile.ZipFile(path) as archive:
@@ -71,7 +80,7 @@ def load_checked(path: Path, cls: type[Record], max_bytes: int, what: str) -> Re
 
 
 def to_plain(value: Any) -> Any:
-    """A record as JSON-compatible data, arrays as nested lists (for logs of small records)."""
+    """Return a record as JSON-compatible data, arrays as nested lists (for logs of small records)."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         kept = [f.name for f in dataclasses.fields(value) if "aside" not in f.metadata]
         return {name: to_plain(getattr(value, name)) for name in kept}
@@ -85,7 +94,7 @@ def to_plain(value: Any) -> Any:
 
 
 def _fits(record: Any) -> bool:
-    """Whether a record's arrays are as annotated, sizes of the same name alike, and so in the records within."""
+    """True if a record's arrays, and those of nested records, are as annotated, with equal sizes for equal names."""
     with jaxtyped("context"):
         for name, kind in typing.get_type_hints(type(record)).items():
             value = getattr(record, name)

@@ -11,7 +11,7 @@ from torc.errors import InputError
 
 
 def write_json(path: Path, data: Any) -> None:
-    """Write JSON atomically: a reader sees the whole file or none. Raises OSError where it cannot."""
+    """Write JSON atomically: a reader sees the whole file or none. Raises OSError if it cannot be written."""
     temporary = path.with_name(path.name + ".tmp")
     with open(temporary, "w", encoding="utf-8") as f:
         json.dump(data, f, indent=2)
@@ -22,8 +22,10 @@ def write_json(path: Path, data: Any) -> None:
 
 
 def try_lock(file: IO[Any]) -> bool | None:
-    """Locks an open file for this process alone, as long as it is open; the system lets go when a process ends. Whether
-    this process has it now; None where the system or the file system knows no locks.
+    """Lock an open file for this process as long as it is open; the system releases it when the process ends.
+
+    Returns:
+        True if this process has the lock now, False if another has it, None where locks are unavailable.
     """
     try:
         import fcntl
@@ -39,14 +41,16 @@ def try_lock(file: IO[Any]) -> bool | None:
 
 
 def check_place(out: Path, overwrite: bool, mark: str, what: str) -> None:
-    """Makes sure that results may go to a directory: a new one, an empty one, or one of their own kind.
+    """Check that results may go to a directory: a new one, an empty one, or one of their own kind.
 
     Args:
-        overwrite: results that are there may be replaced.
+        out: the directory.
+        overwrite: existing results may be replaced.
         mark: a file that each directory of that kind holds.
-        what: in messages, e.g. "trial".
+        what: the kind in messages, e.g. "trial".
 
-    Raises InputError: `out` has no name of its own, exists (and not overwrite), or is something else.
+    Raises:
+        InputError: `out` has no name of its own, exists (without overwrite), or is something else.
     """
     if out.name in ("", ".."):
         raise InputError(
@@ -62,12 +66,15 @@ def check_place(out: Path, overwrite: bool, mark: str, what: str) -> None:
 
 
 def claim(directory: Path, mark: str, what: str) -> IO[str]:
-    """Makes a directory anew, for this process alone; what an ended process left in one of that kind is removed.
+    """Make a directory anew for this process alone; leftovers of an ended process of that kind are removed.
 
-    `mark` and `what` are as for `check_place`. The new file `mark` is open for writing: the directory is this
-    process's until it is closed.
+    `mark` and `what` are as for `check_place`.
 
-    Raises InputError: another process is writing there, it is something else, or it cannot be written.
+    Returns:
+        The new file `mark`, open for writing: the directory is this process's until it is closed.
+
+    Raises:
+        InputError: another process is writing there, it is something else, or it cannot be written.
     """
     check_place(directory, True, mark, what)
     busy = InputError(f"Another process is writing '{directory}'. Wait for it, or choose another --out.")
@@ -75,7 +82,7 @@ def claim(directory: Path, mark: str, what: str) -> IO[str]:
         with suppress(FileNotFoundError), open(directory / mark, "r+", encoding="utf-8") as left:
             if try_lock(left) is False:
                 raise busy
-            # The mark goes last: where this is interrupted, what is left is still of its kind.
+            # The mark goes last: if this is interrupted, the rest is still of its kind.
             for inner in directory.iterdir():
                 if inner.is_dir() and not inner.is_symlink():
                     shutil.rmtree(inner)

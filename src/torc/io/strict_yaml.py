@@ -26,9 +26,9 @@ _REMEDIES = {
 
 
 FAST_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-"""LibYAML's, several times as fast; PyYAML may be built without it."""
+"""LibYAML's loader, several times as fast; PyYAML may be built without it."""
 _DEEPEST = 50
-"""Levels of nesting."""
+"""Most levels of nesting."""
 
 
 class _PlainLoader(FAST_LOADER):  # type: ignore[misc, valid-type]
@@ -45,8 +45,11 @@ class _PlainLoader(FAST_LOADER):  # type: ignore[misc, valid-type]
 
 
 def _check_plain(text: str) -> None:
-    """Raises YAMLError for aliases (they can blow a small file up) and tags (SafeLoader trusts that `!!bool` stands
-    before one), and RecursionError for nesting that nobody writes (LibYAML would use the stack up).
+    """Refuse YAML that is not plain.
+
+    Raises:
+        YAMLError: an alias (a small file could expand to a huge one), or a tag (SafeLoader trusts `!!bool` blindly).
+        RecursionError: nesting beyond what people write (LibYAML would exhaust the stack).
     """
     depth = 0
     for event in yaml.parse(text, Loader=_PlainLoader):
@@ -61,14 +64,17 @@ def _check_plain(text: str) -> None:
 
 
 def parse_plain_yaml(text: str, source: str, what: str, max_bytes: int, remedy: str) -> dict[Any, Any]:
-    """The mapping that a YAML text holds.
+    """Return the mapping that a YAML text holds.
 
     Args:
+        text: the YAML.
         source: names the file in errors.
-        what: what the file should be, e.g. "problem".
+        what: the expected kind of file, e.g. "problem".
+        max_bytes: largest size of the text.
         remedy: ends the message about unreadable YAML.
 
-    Raises InputError: too long, not YAML, aliases, tags, repeated keys, nested too deeply, or no mapping.
+    Raises:
+        InputError: too long, not YAML, aliases, tags, repeated keys, nested too deeply, or not a mapping.
     """
     if len(text.encode()) > max_bytes:
         raise InputError(f"{source} is larger than {max_bytes} bytes: that is not a {what} file.")
@@ -93,9 +99,10 @@ def parse_yaml_as(
     remedy: str,
     remedies: Mapping[str, str] | None = None,
 ) -> _Model:
-    """Read a YAML text into a model of pydantic; the arguments are those of `parse_plain_yaml` and `explain_faults`.
+    """Read a YAML text into a pydantic model; arguments as for `parse_plain_yaml` and `explain_faults`.
 
-    Raises InputError naming the field, the fault and the remedy.
+    Raises:
+        InputError: the message names the field, the fault and the remedy.
     """
     content = parse_plain_yaml(text, source, what, max_bytes, remedy)
     try:
@@ -106,7 +113,7 @@ def parse_yaml_as(
 
 
 def read_yaml_as(model: type[_Model], path: Path, what: str, max_bytes: int, remedy: str) -> _Model:
-    """Read a YAML file into a model of pydantic. Raises InputError as `parse_yaml_as`, or if it cannot be read."""
+    """Read a YAML file into a pydantic model. Raises InputError like `parse_yaml_as`, or if it cannot be read."""
     try:
         text = read_text(path)
     except (OSError, UnicodeDecodeError) as error:
@@ -115,7 +122,7 @@ def read_yaml_as(model: type[_Model], path: Path, what: str, max_bytes: int, rem
 
 
 def printable(text: str) -> str:
-    """The text. Raises ValueError for control characters but ends of lines: it is shown in terminals and pages."""
+    """Return the text. Raises ValueError for control characters but line ends: terminals and pages show it."""
     strange = sorted({c for c in text if not (c.isprintable() or c == "\n")})
     if strange:
         raise ValueError(
@@ -135,7 +142,7 @@ Number = Annotated[float, BeforeValidator(_no_boolean)]
 
 
 def explain_faults(error: ValidationError, remedies: Mapping[str, str] | None = None) -> str:
-    """One line per fault: the field, what is wrong, what to do. `remedies` by pydantic's type of fault."""
+    """Return one line per fault: the field, the error, the remedy. `remedies` by pydantic's type of fault."""
     known = {**_REMEDIES, **(remedies or {})}
     lines = []
     for fault in error.errors(include_input=False, include_url=False)[:8]:

@@ -1,1 +1,1 @@
-"""The oracle, which looks ahead in the simulator for the fewest picks, and planners that are informed by it."""
+"""The oracle, which looks ahead in the simulator for the fewest picks, and planners that it informs."""

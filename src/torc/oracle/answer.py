@@ -1,4 +1,4 @@
-"""What the oracle found, as a record, in words and as JSON."""
+"""The oracle's answer, as a record, in words and as JSON."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -16,8 +16,13 @@ PASS_NAME = "(nothing)"
 
 @dataclass(frozen=True)
 class ForeseenPick:
-    """One pick of the order: its object (None: nothing can be picked, and the pick passes), what comes of it, and the
-    target's situation after it, in words (empty after the last).
+    """One pick of the order.
+
+    Attributes:
+        object_id: its object; None if nothing can be picked, so that the pick passes.
+        name: the object's name.
+        outcome: what happens.
+        after: the target's situation after it, in words (empty after the last).
     """
 
     object_id: int | None
@@ -28,14 +33,15 @@ class ForeseenPick:
 
 @dataclass(frozen=True)
 class OracleAnswer:
-    """The best order of picks that was found, for the problem with this seed; where not solved, what looked most
-    promising. `drops` are objects other than the target that fall off the table.
+    """The best order of picks found for the problem with this seed; if not solved, the most promising one.
 
     Attributes:
-        proved: no order needs fewer picks, or as many with fewer drops; where not solved, none (of at most `limit`
-            picks) leads to the target.
-        lower_bound: picks that every order needs; None if none that counts leads to the target.
-        rough_bound, likely: the same where a pick does nothing but take its object away, as far as that was tried.
+        solved: the order retrieves the target.
+        drops: objects other than the target that fall off the table.
+        proved: no order needs fewer picks, or equally many with fewer drops; if not solved, no order (of at most
+            `limit` picks) leads to the target.
+        lower_bound: picks that every order needs; None if no valid order leads to the target.
+        rough_bound, likely: lower bound and proof if a pick only took its object away, as far as that was tried.
     """
 
     problem: str
@@ -54,7 +60,7 @@ class OracleAnswer:
 
     @property
     def bound(self) -> Bound:
-        """How sure it is that no order takes less."""
+        """How sure it is that no order needs fewer picks."""
         if self.proved:
             return Bound.PROVED
         return Bound.LIKELY if self.likely else Bound.FOUND
@@ -70,11 +76,11 @@ class OracleAnswer:
         return tuple(pick.name for pick in self.foreseen)
 
     def to_dict(self) -> dict[str, Any]:
-        """As JSON-compatible data."""
+        """Return JSON-compatible data."""
         return {"picks": self.picks, "order": list(self.order), "bound": self.bound.value, **to_plain(self)}
 
     def verdict(self) -> str:
-        """The answer in a sentence."""
+        """Return the answer in a sentence."""
         if not self.solved:
             if self.proved:
                 many = "" if self.limit is None else f"at most {self.limit} "
@@ -90,11 +96,11 @@ class OracleAnswer:
         return f"{picks}, {drops}; {how_good}."
 
     def effort(self) -> str:
-        """What the search took, in words."""
+        """Return the effort of the search in words."""
         return f"{_count(self.picks_tried, 'pick')} tried, {_count(self.looks, 'look')}"
 
     def text(self) -> str:
-        """The whole answer for people."""
+        """Return the whole answer for people."""
         lines = [f"{self.problem}, seed {self.seed}: {self.verdict()}", ""]
         if self.foreseen and not self.solved:
             lines.append("The most promising beginning:")
@@ -107,9 +113,9 @@ class OracleAnswer:
 
 
 def answer_from(found: Found[SimulatedState], problem: Problem, seed: int, budget: float) -> OracleAnswer:
-    """The record of what a search has found."""
+    """Make the record of a search's result."""
     path, names = found.best or found.outlook, [placement.name for placement in problem.ordered()]
-    # Giving up is no pick.
+    # Giving up is not a pick.
     free = int(GIVE_UP in path.choices)
     foreseen = tuple(
         ForeseenPick(choice, PASS_NAME if choice is None else names[choice], state.episode.outcomes[-1], note)

@@ -14,12 +14,12 @@ from torc.task_planning.protocol import TaskPlanner
 MAX_PICKS = 15
 _LEAST_P = 0.05
 Look = Callable[[Collection[int]], PlanningContext]
-"""The look when these objects are gone, all of them taken without a failure."""
+"""Returns the look when these objects are gone, all of them taken without a failure."""
 
 
 @dataclass(frozen=True)
 class Retrieval:
-    """The objects that a planner took, the target last if it got there, and the tries that their grasps take: the sum
+    """The objects that a planner took, the target last if it was taken, and the expected tries of their grasps: the sum
     of 1 / p(hold).
     """
 
@@ -29,13 +29,14 @@ class Retrieval:
 
     @property
     def picks(self) -> int:
-        """All picks that there are if the target was not taken."""
+        """Picks used; all that there are if the target was not taken."""
         return len(self.order) if self.taken else MAX_PICKS
 
 
 def looks_of(sandbox: Sandbox) -> Look:
-    """Looks from the problem's beginning, each taken once. What was seen on the way, but neither at first nor now, is
-    not remembered. Raises PhysicsError.
+    """Return a function that looks from the problem's beginning, once per set of objects.
+
+    It remembers nothing that was seen only in between, neither at first nor now. Raises PhysicsError.
     """
     start, known = sandbox.begin(), dict[frozenset[int], PlanningContext]()
 
@@ -49,7 +50,7 @@ def looks_of(sandbox: Sandbox) -> Look:
 
 
 def retrieve(planner: TaskPlanner, look: Look, begun: Retrieval | None = None) -> Retrieval:
-    """What the planner takes, after what was taken, until it has the target, takes nothing, or has no pick left."""
+    """Play the planner from what was taken until it has the target, takes nothing, or has no pick left."""
     found, rng = begun or Retrieval(), np.random.default_rng(0)
     while len(found.order) < MAX_PICKS and not found.taken:
         context = look(found.order)
@@ -61,21 +62,22 @@ def retrieve(planner: TaskPlanner, look: Look, begun: Retrieval | None = None) -
 
 
 def after(found: Retrieval, context: PlanningContext, chosen: int) -> Retrieval:
-    """With one object more, taken at this look."""
+    """Return the retrieval with one more object, taken at this look."""
     tries = found.tries + 1 / max(best_hold(context, chosen), _LEAST_P)
     return Retrieval((*found.order, chosen), tries, chosen == TARGET_ID)
 
 
 def best_hold(context: PlanningContext, object_id: int) -> float:
-    """How surely the object's best valid grasp holds; 0 where it has none."""
+    """Return the probability that the object's best valid grasp holds; 0 if there is none."""
     valid = context.report.status == GraspStatus.VALID
     scores = context.grasps.scores[valid & (context.grasps.object_ids == object_id)]
     return float(scores.max(initial=0.0))
 
 
 def shortest(look: Look, most_looks: int) -> int | None:
-    """Picks of the shortest order, the target's own included, if so many looks find it. It knows what hides the target:
-    nobody who must look for it can do that on average.
+    """Return the picks of the shortest order, the target's included, if found within this many looks.
+
+    It knows what hides the target: nobody who must look for it can do that on average.
     """
     plans = rough_plans(lambda gone: options_of(look(gone)), options_of(look(())))
     for _, (picks, order) in zip(range(most_looks), plans):

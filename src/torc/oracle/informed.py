@@ -1,4 +1,4 @@
-"""INFORMED: knows the scene, but not what chance will do. What it needs more than ORACLE is luck."""
+"""INFORMED: knows the scene, but not the draws of chance. What it needs more than ORACLE is luck."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from torc.registry.kinds import TaskPlannerTraits
 from torc.task_planning.dg_select import DgSelectPlanner
 
 DEFAULT_BUDGET = 24.0
-"""In simulated picks, of each search: ORACLE finds its order in less, the rest of its budget is for proofs."""
+"""Of each search, in simulated picks: ORACLE finds its order with less, the rest of its budget is for proofs."""
 _LARGEST_SEED = 2**31
 
 
@@ -28,24 +28,28 @@ class Order:
 
     @property
     def expected(self) -> float:
-        """Mean picks."""
+        """Mean number of picks."""
         return float(np.mean(self.picks))
 
 
 class InformedPlanner(TaskPlannerTraits):
     """Picks in the order that needs the fewest picks in expectation.
 
-    It searches as ORACLE does, in the scene as it truly is, but with other draws of grasps and motions than the
-    trial's; then it plays each order that it found, and DG-SELECT's choice, with more such draws, and takes the one
-    with the fewest picks on average. It follows an order as long as each pick does what it should.
+    It searches like ORACLE, in the true scene, but with other draws of grasps and motions than the trial's. Then it
+    plays each order that it found, and DG-SELECT's choice, with more such draws, and takes the one with the fewest
+    picks on average. It follows an order as long as each pick goes as expected.
     """
 
     name = "informed"
     privileged = True
 
     def __init__(self, budget: float = DEFAULT_BUDGET, searches: int = 2, futures: int = 4) -> None:
-        """budget: of each search, in simulated picks; searches: how many, each with draws of its own; futures: how
-        often each order is played to find out what it takes.
+        """Set up the planner.
+
+        Args:
+            budget: of each search, in simulated picks.
+            searches: number of searches, each with its own draws.
+            futures: how often each order is played to find its picks.
         """
         check_budget(budget)
         if searches < 1 or futures < 1:
@@ -59,7 +63,7 @@ class InformedPlanner(TaskPlannerTraits):
         self._simulation, self._rest = simulation, ()
 
     def decide(self, context: PlanningContext, rng: np.random.Generator) -> Decision:
-        """The next object of the best order. Raises InputError without a simulation."""
+        """Return the next object of the best order. Raises InputError without a simulation."""
         if self._simulation is None:
             raise InputError(
                 "The planner 'informed' tries picks out in the simulation, so it decides in simulated trials only: "
@@ -94,7 +98,7 @@ class InformedPlanner(TaskPlannerTraits):
         context: PlanningContext,
         rng: np.random.Generator,
     ) -> list[Order]:
-        """The orders that begin with something graspable, and what each takes."""
+        """Return the orders that begin with a graspable object, with the picks that each takes."""
         now, config = simulation.now(), simulation.config
         left = config.max_picks - now.episode.pick
         draws = _other_seeds(rng, self.searches + self.futures, config.seed)
@@ -113,9 +117,10 @@ class InformedPlanner(TaskPlannerTraits):
 
 
 def picks_of(order: Sequence[int], sandbox: Sandbox, start: SimulatedState, left: int) -> int:
-    """Picks until the target is retrieved, or is certain not to be there, if somebody begins with the order's first
-    object and goes on by the order, taking the target as soon as it can be picked, and DG-SELECT's choice where the
-    order has nothing; `left` if never.
+    """Return the picks until the target is retrieved, or certainly absent; `left` if never.
+
+    The player begins with the order's first object and follows the order, takes the target as soon as it can be picked,
+    and takes DG-SELECT's choice when the order has nothing to offer.
     """
     state, rest = start, list(order)
     for pick in range(left):
@@ -140,14 +145,14 @@ def picks_of(order: Sequence[int], sandbox: Sandbox, start: SimulatedState, left
 
 
 def _order_in(sandbox: Sandbox, now: SimulatedState, left: int, budget: float, say: Say) -> tuple[int, ...]:
-    """The objects of the best order that a search finds, each once."""
+    """Return the objects of the best order that a search finds, each once."""
     found = best_order(sandbox, now, left, budget, say, likely_suffices=True)
     path = found.best or found.outlook
     return tuple(dict.fromkeys(k for k in path.choices if k not in (None, GIVE_UP)))
 
 
 def _other_seeds(rng: np.random.Generator, count: int, own: int) -> list[int]:
-    """Seeds that are not the trial's own: its draws are what nobody can know."""
+    """Return seeds other than the trial's own, whose draws nobody can know."""
     seeds: list[int] = []
     while len(seeds) < count:
         seed = int(rng.integers(_LARGEST_SEED))

@@ -1,4 +1,4 @@
-"""ORACLE as a task planner: the upper bound of every comparison. It knows the simulation, and that is its privilege."""
+"""ORACLE as a task planner: the upper bound of every comparison. Its privilege is to know the simulation."""
 
 from dataclasses import dataclass, replace
 from typing import Any
@@ -18,7 +18,7 @@ from torc.task_planning.dg_select import DgSelectPlanner
 
 @dataclass(frozen=True)
 class _Plan:
-    """An order of picks that is being followed. `step` is the next one."""
+    """An order of picks that is being followed, and the index of its next step."""
 
     path: Path[SimulatedState]
     answer: OracleAnswer
@@ -32,14 +32,14 @@ class _Plan:
 class OraclePlanner(TaskPlannerTraits):
     """Tries out orders of picks before the first one, and then picks in the best order that it found.
 
-    It searches again where the trial is not as foreseen, and where the order ends without the target.
+    It searches again if the trial does not go as foreseen, and if the order ends without the target.
     """
 
     name = "oracle"
     privileged = True
 
     def __init__(self, budget: float = DEFAULT_BUDGET) -> None:
-        """budget: of each search, in simulated picks."""
+        """Take the budget of each search, in simulated picks."""
         check_budget(budget)
         self.budget = budget
         self._simulation: Simulation | None = None
@@ -48,7 +48,7 @@ class OraclePlanner(TaskPlannerTraits):
 
     @property
     def bound(self) -> Bound:
-        """Of the trial as it went: what the first search was sure of, if it went as foreseen from there to the end."""
+        """Certainty for the trial as played: the first search's, if all went as foreseen from there to the end."""
         return self._bound or Bound.FOUND
 
     def attach(self, simulation: Simulation) -> None:
@@ -56,9 +56,7 @@ class OraclePlanner(TaskPlannerTraits):
         self._simulation, self._plan, self._bound = simulation, None, None
 
     def decide(self, context: PlanningContext, rng: np.random.Generator) -> Decision:
-        """The next object of the best order that was found. Draws nothing from rng. Raises InputError without a
-        simulation.
-        """
+        """Return the next object of the best order; draws nothing from rng. Raises InputError without a simulation."""
         if self._simulation is None:
             raise InputError(
                 "The planner 'oracle' tries picks out in the simulation, so it decides in simulated trials only: "
@@ -68,13 +66,13 @@ class OraclePlanner(TaskPlannerTraits):
         if plan is None or plan.ended or not plan.path.states[plan.step].same_as(now):
             simulation, config = self._simulation, self._simulation.config
             left = config.max_picks - now.episode.pick
-            # A trial needs the order; the proof that it is the best only where it takes little.
+            # A trial needs the order; the proof that it is the best only if it costs little.
             found = best_order(
                 simulation.sandbox, now, left, self.budget, simulation.say, likely_suffices=True
             )
             answer = answer_from(found, simulation.problem, config.seed, self.budget)
             plan = _Plan(found.best or found.outlook, answer)
-            # Who searches again has not followed one answer from the start.
+            # After a second search the trial has not followed one answer from the start.
             self._bound = plan.answer.bound if self._bound is None and plan.answer.solved else Bound.FOUND
         self._plan = replace(plan, step=plan.step + 1)
         notes: dict[str, Any] = {"bound": self.bound.value, "foreseen": plan.answer.to_dict()}

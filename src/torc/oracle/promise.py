@@ -1,6 +1,6 @@
-"""What promises to lead to the target, if every pick did nothing but take its object away. A guess, never a proof.
+"""What promises to lead to the target if every pick only took its object away. A guess, never a proof.
 
-Then the order of picks does not matter, and a state is the set of objects that are gone: far fewer than there are
+The order of picks then does not matter, and a state is the set of objects that are gone. There are far fewer sets than
 sequences, and no pick has to be tried to look at one.
 """
 
@@ -14,14 +14,16 @@ from typing import Generic
 from torc.oracle.tree import LOOK_COST, Choice, Cost, Options, State, Tree, Trial
 
 RoughPlan = tuple[int, tuple[int, ...] | None]
-"""One step of the search for plans: no plan that has not been given yet has fewer picks; the objects to pick in order,
-the target last, or None: nothing found in this step."""
+"""One step of the search for plans: a lower bound on the picks of all plans not yet given; and the objects to pick in
+order, the target last, or None if this step found nothing.
+"""
 
 
 def rough_plans(peek: Callable[[frozenset[int]], Options], now: Options) -> Iterator[RoughPlan]:
-    """All plans, the shortest first, one per set of objects to take away. Each step but the first takes one peek, which
-    tells what a look would if these objects were gone. Among sets of one size those come first without whose last
-    object the target looked nearest.
+    """Yield all plans, the shortest first, one per set of objects to take away.
+
+    Each step but the first takes one peek, which shows a look without these objects. Sets of one size are ordered by
+    how near the target looked before their last object was added.
     """
     if now.target is not None:
         yield 1, (now.target,)
@@ -51,8 +53,9 @@ def rough_plans(peek: Callable[[frozenset[int]], Options], now: Options) -> Iter
 
 @dataclass(frozen=True, order=True)
 class Prospect:
-    """What the cheapest sequence that begins with a trial would cost, as far as is known: picks with the failures to
-    be expected by experience, and the cost if no pick failed."""
+    """Cost of the cheapest known sequence that begins with a trial: expected picks, with failures by experience, and
+    the cost if no pick failed.
+    """
 
     expected: float
     cost: Cost
@@ -61,30 +64,30 @@ class Prospect:
 class Promise(Generic[State]):
     """Sets of objects that free the target once they are gone, and what they promise for each open choice.
 
-    The sets come from rough plans, from looks at real states, and from sequences that led to the target, less what
-    need not have been picked. No rough plan that is not known yet has fewer picks than `rough_bound`; None: all are.
+    The sets come from rough plans, from looks at real states, and from sequences that led to the target, without
+    needless picks. No unknown rough plan has fewer picks than `rough_bound`; None: all are known.
     """
 
     def __init__(self, tree: Tree[State], share: float) -> None:
-        """share: of the budget, for peeks."""
+        """Start with the tree; `share` of its budget is for peeks."""
         self.rough_bound: int | None = 1
         self.spent = 0.0
         self._tree, self._most = tree, share * tree.budget
         self._freeing: Counter[frozenset[int]] = Counter()
-        """In how many states each set freed the target, less those in which it did not; peeks count once."""
+        """In how many states each set freed the target, minus those in which it did not; peeks count once."""
         self._reachable: list[frozenset[int]] | None = None
-        """The sets that count, each with what has to go before its objects can be picked; None: not worked out yet."""
+        """The sets that count, each with what has to go before its objects can be picked; None: not computed yet."""
         self._offered: dict[int, set[frozenset[int]]] = defaultdict(set)
         self._plans: Iterator[RoughPlan] | None = None
         self._tries: dict[Choice, list[tuple[frozenset[int], bool]]] = defaultdict(list)
 
     @property
     def affords_peek(self) -> bool:
-        """Whether the budget for peeks allows for one more."""
+        """True if the budget for peeks allows one more."""
         return self._tree.affords(looks=1) and self.spent + LOOK_COST <= self._most
 
     def extend(self) -> None:
-        """One step of the search for rough plans, the shortest first."""
+        """Take one step of the search for rough plans, the shortest first."""
         self._reachable = None
         if self._plans is None:
             self._plans = rough_plans(self._peek, self._tree.root.options)
@@ -93,7 +96,7 @@ class Promise(Generic[State]):
             self._freeing.setdefault(frozenset(plan[:-1]), 1)
 
     def learn(self, trial: Trial[State]) -> None:
-        """Take in what came of a trial."""
+        """Learn from the outcome of a trial."""
         child = trial.child
         if child is None:
             return
@@ -106,7 +109,7 @@ class Promise(Generic[State]):
             self._freeing.subtract([s for s in self._freeing if s <= child.gone])
 
     def shrink(self, gone: Sequence[int]) -> None:
-        """Find out, one after the other, which of the objects that were gone before the target need not be."""
+        """Find out, one by one, which of the objects that were gone before the target need not be."""
         needed = frozenset(gone)
         for k in gone:
             if self.affords_peek and self._peek(needed - {k}).target is not None:
@@ -115,19 +118,19 @@ class Promise(Generic[State]):
                 self._freeing.setdefault(needed, 1)
 
     def of(self, trial: Trial[State]) -> Prospect | None:
-        """What a trial promises; None where nothing is known."""
+        """Return what a trial promises; None if nothing is known."""
         gone, before, drops = trial.gone, trial.node.gone, trial.node.cost.drops
         picks, risk = trial.node.cost.picks + 1, self._risk(trial.choice, before)
         if trial.is_target:
             return Prospect(picks + risk, Cost(picks, drops))
         if self._reachable is None:
             self._note(frozenset(), self._tree.root.options)
-            # A set that has broken its promise more often than it kept it counts no longer.
+            # A set that has broken its promise more often than it kept it no longer counts.
             closed = {closure(s, self._offered) for s, kept in self._freeing.items() if kept >= 0}
             self._reachable = [s for s in closed if s is not None]
         prospects = []
         for freeing in self._reachable:
-            # Where all of a set are gone and the target is not free yet, the set has kept no promise.
+            # If all of a set are gone and the target is not free yet, the set has broken its promise.
             if not freeing <= before:
                 missing = freeing - gone
                 total = picks + len(missing) + 1
@@ -136,7 +139,7 @@ class Promise(Generic[State]):
         return min(prospects, default=None)
 
     def _risk(self, choice: Choice, gone: frozenset[int]) -> float:
-        """Failures to be expected in picking an object where these are gone, by those that were seen."""
+        """Return the expected failures in picking an object when these are gone, by those observed."""
         tries = self._tries[choice]
         if any(worked and before <= gone for before, worked in tries):
             return 0.0
@@ -158,8 +161,9 @@ class Promise(Generic[State]):
 def closure(
     wanted: frozenset[int], offered: Mapping[int, Collection[frozenset[int]]]
 ) -> frozenset[int] | None:
-    """Objects that can be picked one after the other until all that are wanted are gone; None where none are known.
-    `offered` are sets of objects with which gone an object could be picked; it still can be when more are gone.
+    """Return objects that can be picked one after the other until all wanted ones are gone; None if none are known.
+
+    `offered` are, per object, sets whose removal lets it be picked; it still can be when more are gone.
     """
     needed, gone = wanted, frozenset[int]()
     while gone < needed:

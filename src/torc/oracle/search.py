@@ -1,14 +1,14 @@
-"""The shortest sequence of picks. Knows nothing of robots: tests run it on small made-up spaces.
+"""The shortest sequence of picks. Independent of robots: tests run it on small made-up spaces.
 
 Sequences are compared by picks, then by drops. The first one takes the first choice of every state, as a planner
-without foresight would, so that the answer is no worse. Then, again and again, the first of these that there is:
+without foresight would, so that the answer is no worse. Each further step takes the first of these that is possible:
 
 1. the open choice that promises a better sequence (`torc.oracle.promise`), or a step of the search for more
    such promises, whichever may be shorter, about half and half;
-2. the choice with the lowest bound, once all that is missing for a proof can be afforded;
-3. a sequence that is drawn: from any open choice on to sets of objects that were not reached with as few picks.
+2. the choice with the lowest bound, once the budget suffices for the rest of a proof;
+3. a drawn sequence: from any open choice on to sets of objects that were not reached with as few picks.
 
-All this decides only what is tried; what is proved rests on bounds alone.
+This decides only the order of trials; proofs rest on bounds alone.
 """
 
 import math
@@ -32,10 +32,12 @@ class Found(Generic[State]):
     """The answer so far.
 
     Attributes:
-        bound: no sequence costs less; None if it is proved that none that counts ends with the target.
+        best: the best sequence that ends with the target; None if there is none yet.
+        bound: no sequence costs less; None if it is proved that no valid one ends with the target.
         rough_bound: picks that are needed at least if picks moved nothing else, as far as known; no proof.
         outlook: the most promising sequence that does not end with the target.
-        limit: picks that a sequence may have, where there is no best and longer ones were not tried for that reason.
+        spent: the effort so far.
+        limit: most picks of a sequence, if there is no best and longer ones were not tried for that reason.
         likely: every sequence that would be better than the best if picks moved nothing else was tried.
     """
 
@@ -49,7 +51,7 @@ class Found(Generic[State]):
 
     @property
     def proved(self) -> bool:
-        """`best` is the best there is, or there is none."""
+        """True if `best` is proved the best, or it is proved that there is none."""
         return self.bound is None or (self.best is not None and self.best.cost <= self.bound)
 
 
@@ -62,9 +64,15 @@ def search(
     likely_suffices: bool = False,
     tell: Callable[[Found[State]], None] | None = None,
 ) -> Found[State]:
-    """The sequence of at most max_picks picks that costs least, or the best that the budget finds, which is never
-    exceeded. `likely_suffices` ends it as soon as the best sequence is likely the best there is (`Found.likely`),
-    unless the budget allows for the proof. `tell` is called after every pick and look with the answer so far.
+    """Find the cheapest sequence of at most max_picks picks, or the best that the budget finds.
+
+    Args:
+        space, start: the space to search, and where.
+        max_picks: most picks of a sequence.
+        budget: in simulated picks; never exceeded.
+        likely_suffices: end as soon as the best sequence is likely the best there is (`Found.likely`), unless the
+            budget allows the proof.
+        tell: called after every pick and look with the answer so far.
     """
     run: _Search[State]
     tell = tell or (lambda found: None)
@@ -79,7 +87,7 @@ class _Search(Generic[State]):
         self.promise: Promise[State] = Promise(tree, _PEEK_SHARE)
         self.rng = np.random.default_rng(0)
         self.reached: dict[frozenset[int], int] = {}
-        """Sets of objects that were gone in a state, and after how few picks."""
+        """Sets of objects that were gone in a state, with the fewest picks that led there."""
         self.spent_on_promises = 0.0
 
     def run(self, likely_suffices: bool) -> None:
@@ -94,7 +102,7 @@ class _Search(Generic[State]):
             self.advance()
 
     def found(self) -> Found[State]:
-        """The answer so far."""
+        """Return the answer so far."""
         tree = self.tree
         best = None if tree.best is None else tree.best.path()
         trial = tree.next()
@@ -113,7 +121,7 @@ class _Search(Generic[State]):
             node = self.attempt(next(iter(node.trials.values())))
 
     def advance(self) -> None:
-        """One step."""
+        """Take one step."""
         trial = self.most_promising()
         prospect = None if trial is None else self.promise.of(trial)
         unknown = self.unknown_plans()
@@ -133,7 +141,7 @@ class _Search(Generic[State]):
             self.attempt(trial)
 
     def most_promising(self) -> Trial[State] | None:
-        """The open choice that promises the least cost, if it is less than that of the best sequence.
+        """Return the open choice that promises the least cost, if less than the best sequence costs.
 
         Choices that lead to a set of objects that was reached with as few picks come last.
         """
@@ -146,13 +154,13 @@ class _Search(Generic[State]):
         return min(hopeful)[-1] if hopeful else None
 
     def unknown_plans(self) -> int | None:
-        """Picks of rough plans that are not known yet, at least; None where they are too many, or there are none."""
+        """Return the least picks of unknown rough plans; None if these are too many, or all plans are known."""
         picks = self.promise.rough_bound
         return picks if picks is not None and self.tree.hopeful(Cost(picks, 0)) else None
 
     @property
     def likely(self) -> bool:
-        """Nothing promises to be better than the best sequence."""
+        """True if nothing promises to be better than the best sequence."""
         return self.tree.best is not None and self.unknown_plans() is None and self.most_promising() is None
 
     def rough_bound(self) -> int:
@@ -160,21 +168,21 @@ class _Search(Generic[State]):
         return rough if self.tree.best is None else min(rough, self.tree.best.cost.picks)
 
     def proof_in_reach(self) -> bool:
-        """Whether each open choice needs one more pick to be settled, and the budget allows for all of them."""
+        """True if each open choice needs one more pick to be settled, and the budget allows all of them."""
         if self.tree.best is None:
             return False
         left, last = self.tree.open(), self.tree.best.cost.picks - 1
         return all(t.bound.picks >= last for t in left) and self.tree.affords(len(left), len(left))
 
     def wander(self, trial: Trial[State] | None) -> None:
-        """From a choice on, by choices that are drawn: the target where it can be picked."""
+        """Go on from a choice by drawn choices, or the target if it can be picked."""
         while trial is not None and self.tree.affords(picks=1, looks=1):
             node = self.attempt(trial)
             left = [] if node is None else [t for t in node.trials.values() if self.tree.hopeful(t.bound)]
             trial = left[0] if left and left[0].is_target else self.drawn(left)
 
     def drawn(self, trials: Sequence[Trial[State]]) -> Trial[State] | None:
-        """One that may lead to a new set, the likelier the more promising its choices."""
+        """Draw a choice that may lead to a new set, more probably the more promising it is."""
         new = [t for t in trials if self.reached.get(t.gone, math.inf) > t.node.cost.picks + 1]
         if not new:
             return None

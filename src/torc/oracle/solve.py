@@ -1,4 +1,4 @@
-"""Finding the best order of picks for a problem: what is tried is simulated as in a trial."""
+"""Find the best order of picks for a problem: each attempt is simulated as in a trial."""
 
 from collections import OrderedDict
 from collections.abc import Callable
@@ -36,12 +36,22 @@ def solve_problem(
     likely_suffices: bool = False,
     say: Say = lambda text: None,
 ) -> OracleAnswer:
-    """The order of picks that retrieves the target with the fewest picks, then the fewest drops; longer orders than
-    the conditions allow do not count. A trial with the same seed that picks in this order goes exactly as foreseen.
+    """Find the order of picks that retrieves the target with the fewest picks, then the fewest drops.
 
-    The budget is in simulated picks; a look counts as half of one. `likely_suffices` ends with an order that is likely
-    the best, unless the budget allows for the proof. Raises InputError for a budget that is no positive number or a
-    problem that cannot be played, and PhysicsError if the simulation broke before the first pick.
+    Orders longer than the conditions allow do not count. A trial with this seed that picks in this order goes exactly
+    as foreseen.
+
+    Args:
+        problem: the problem.
+        system: the parts and conditions.
+        seed: decides all random draws.
+        budget: in simulated picks; a look counts as half of one.
+        likely_suffices: end with an order that is likely the best, unless the budget allows the proof.
+        say: called with lines about the progress.
+
+    Raises:
+        InputError: the budget is not a positive number, or the problem cannot be played.
+        PhysicsError: the simulation broke before the first pick.
     """
     check_budget(budget)
     max_picks = system.conditions.max_picks
@@ -53,8 +63,8 @@ def solve_problem(
 def best_order(
     sandbox: Sandbox, start: SimulatedState, max_picks: int, budget: float, say: Say, *, likely_suffices: bool
 ) -> Found[SimulatedState]:
-    """The best order of at most max_picks picks from a state on."""
-    # Giving up is none.
+    """Return the best order of at most max_picks picks from a state on."""
+    # Giving up is not a pick.
     max_picks += sandbox.absent
     tell, space = _narration(say, budget), Branches(sandbox)
     return search(
@@ -63,18 +73,18 @@ def best_order(
 
 
 class Branches:
-    """The search space of an episode: all that the robot can pick, from any state on."""
+    """The search space of an episode: everything the robot can pick, from any state on."""
 
     def __init__(self, sandbox: Sandbox) -> None:
         self._sandbox = sandbox
         self._looks: OrderedDict[int, tuple[SimulatedState, Look]] = OrderedDict()
 
     def look(self, state: SimulatedState) -> Options:
-        """What can be picked in that state."""
+        """Return what can be picked in a state."""
         return self._options(state, self._look(state).context)
 
     def pick(self, state: SimulatedState, choice: Choice) -> Arrival[SimulatedState]:
-        """What comes of a pick. One that breaks the simulation leads nowhere."""
+        """Return what a pick leads to. One that breaks the simulation leads nowhere."""
         if choice == GIVE_UP:
             return Arrival(state, fate=Fate.SOLVED)
         try:
@@ -87,7 +97,7 @@ class Branches:
         return Arrival(after, len(outcome.dropped), fate, frozenset((*delivered, *outcome.dropped)))
 
     def peek(self, state: SimulatedState, removed: frozenset[int]) -> Options:
-        """What could be picked if these objects were gone."""
+        """Return what could be picked if these objects were gone."""
         try:
             context = self._sandbox.look_without(state, removed).context
             # The world is as it would be then.
@@ -103,10 +113,10 @@ class Branches:
         return replace(options, choices=choices, target=GIVE_UP, outlook=options.outlook + 2.0, note=_NOWHERE)
 
     def _look(self, state: SimulatedState) -> Look:
-        """The look at a state; taken again, with the same result, if it was long ago."""
+        """Return the look at a state; it is repeated, with the same result, if it was long ago."""
         key = id(state)
         if key not in self._looks:
-            # The state is kept, too, so that its id stays its own.
+            # The state is kept too, so that its id is not reused.
             self._looks[key] = state, self._sandbox.look(state)
             if len(self._looks) > _LOOKS_KEPT:
                 self._looks.popitem(last=False)
@@ -115,9 +125,9 @@ class Branches:
 
 
 def options_of(context: PlanningContext) -> Options:
-    """What can be picked: the visible objects that have a valid grasp; where none has, a pick can only pass.
+    """Return the visible objects that have a valid grasp, the target first, then by the dependency graph.
 
-    The target comes first, then by the dependency graph.
+    If none has one, a pick can only pass.
     """
     graspable, target_seen = context.graspable_ids, context.scene.target_id is not None
     target = TARGET_ID if TARGET_ID in graspable else None
@@ -136,7 +146,7 @@ def options_of(context: PlanningContext) -> Options:
 
 
 def _narration(say: Say, budget: float) -> Callable[[Found[Any]], None]:
-    """Says a line when the answer gets better or the bound tighter, and now and then in between."""
+    """Say a line when the answer gets better or the bound tighter, and now and then in between."""
     last: tuple[Any, ...] = ()
     next_spent = 0.0
     say(f"oracle: trying out orders of picks in a simulation of its own (budget {budget:g} picks)")

@@ -1,4 +1,4 @@
-"""What is searched, and what has been tried of it: a tree of states, what is open in it, and what follows from that."""
+"""The tree that is searched: its states, what was tried, what is open, and what follows from that."""
 
 import heapq
 import itertools
@@ -14,17 +14,19 @@ State = TypeVar("State")
 Choice = int | None
 """An object to pick, or None: to let a pick pass."""
 GIVE_UP = -1
-"""A choice, too: the target where it is certain that it is not there. It ends a sequence as a pick of the target does,
-and counts as a pick within the search, so that the bounds are the same."""
+"""The choice to give up, for a target that is certainly absent. It ends a sequence like a pick of the target, and
+counts as a pick within the search, so that the bounds hold unchanged.
+"""
 LOOK_COST = 0.5
-"""What a look, real or rough, takes of a budget that is counted in picks: about its share of the computing."""
+"""Cost of a look, real or rough, in picks: about its share of the computing."""
 DEFAULT_BUDGET = 80.0
-"""In simulated picks, not seconds, so that the answer is the same on a busy machine. At most some 40 seconds of one
-2 GHz core; proves most answers of up to three picks."""
+"""In simulated picks, not seconds, so that the answer does not depend on a busy machine. At most some 40 seconds of one
+2 GHz core; proves most answers of up to three picks.
+"""
 
 
 def check_budget(budget: float) -> None:
-    """Raises InputError for a budget that is no number or does not allow for a single look."""
+    """Raise InputError for a budget that is not a number or does not allow a single look."""
     if not LOOK_COST <= budget < float("inf"):
         raise InputError(
             f"The budget is {budget:g}; it must be a number of simulated picks, e.g. {DEFAULT_BUDGET:g}."
@@ -41,11 +43,16 @@ class Fate(Enum):
 
 @dataclass(frozen=True)
 class Options:
-    """What a look at a state tells: what can be picked, most promising first, and which of it is the target; how near
-    the retrieval looks, to compare states where nothing better is known; the situation in words.
+    """What a look at a state shows.
 
     At least one more pick is needed if the target can be picked now, else at least two: all bounds follow from this.
-    (They do not reckon with a pick of something else that brings the target along by luck.)
+    (They ignore a pick of something else that brings the target along by luck.)
+
+    Attributes:
+        choices: what can be picked, most promising first.
+        target: which of them is the target.
+        outlook: how near the retrieval looks, to compare states when nothing better is known.
+        note: the situation in words.
     """
 
     choices: tuple[Choice, ...]
@@ -65,21 +72,21 @@ class Arrival(Generic[State]):
 
 
 class Space(Protocol[State]):
-    """A space to search. Every method answers the same for the same arguments."""
+    """A space to search. Every method is deterministic."""
 
     def look(self, state: State) -> Options:
-        """What can be done in a state."""
+        """Return what can be done in a state."""
 
     def pick(self, state: State, choice: Choice) -> Arrival[State]:
-        """What comes of it."""
+        """Return what a choice leads to."""
 
     def peek(self, state: State, removed: frozenset[int]) -> Options:
-        """What a look would tell if these objects were gone from a state: a guess that costs no picks."""
+        """Return what a look would show if these objects were gone from a state: a guess that costs no picks."""
 
 
 @dataclass(frozen=True, order=True)
 class Cost:
-    """Of a sequence, or a lower bound of it: picks first, then drops."""
+    """Cost of a sequence, or a lower bound of it: picks first, then drops."""
 
     picks: int
     drops: int
@@ -94,14 +101,15 @@ class Spent:
 
     @property
     def total(self) -> float:
-        """In picks."""
+        """The effort in picks."""
         return self.picks + LOOK_COST * self.looks
 
 
 @dataclass(frozen=True)
 class Path(Generic[State]):
-    """A sequence of picks from the start: its states and notes are those before each pick, and at the end; a note is
-    "" where nobody looked.
+    """A sequence of picks from the start.
+
+    `states` and `notes` are those before each pick, and at the end; a note is "" if nobody looked.
     """
 
     choices: tuple[Choice, ...]
@@ -112,8 +120,12 @@ class Path(Generic[State]):
 
 @dataclass
 class Node(Generic[State]):
-    """A state and how it was reached: objects that have left the table since the start, by how much its choices differ
-    from the most promising ones, and a trial per choice that may still lead to something better.
+    """A state and how it was reached.
+
+    Attributes:
+        gone: objects that have left the table since the start.
+        detour: how much its choices differ from the most promising ones.
+        trials: a trial per choice that may still lead to something better.
     """
 
     state: State
@@ -126,7 +138,7 @@ class Node(Generic[State]):
     trials: "dict[Choice, Trial[State]]" = field(default_factory=dict)
 
     def path(self) -> Path[State]:
-        """How it was reached from the start."""
+        """Return the way to it from the start."""
         nodes = [self]
         while (parent := nodes[0].parent) is not None:
             nodes.insert(0, parent)
@@ -136,7 +148,7 @@ class Node(Generic[State]):
 
 @dataclass(order=True)
 class Trial(Generic[State]):
-    """A choice that can be tried, ordered by its lower bound; `child` is where it led, if one can go on there."""
+    """A choice that can be tried, ordered by its lower bound; `child` is the node it led to, if one can go on there."""
 
     bound: Cost
     detour: int
@@ -148,26 +160,27 @@ class Trial(Generic[State]):
 
     @property
     def is_target(self) -> bool:
-        """The target is picked."""
         return self.choice is not None and self.choice == self.node.options.target
 
     @property
     def gone(self) -> frozenset[int]:
-        """What is gone after it if it takes its object away and nothing else."""
+        """Objects gone after it, if it takes only its object away."""
         return self.node.gone if self.choice is None else self.node.gone | {self.choice}
 
 
 class Tree(Generic[State]):
-    """All that was tried from a start, within a budget. It says what can still be tried, not what should be.
+    """Everything that was tried from a start, within a budget. It knows what can still be tried, not what should be.
 
-    `best` is the end of the best sequence, `leader` the most promising state that was looked at, `cut` whether
-    something was left untried because it needs too many picks.
+    Attributes:
+        best: the end of the best sequence.
+        leader: the most promising state that was looked at.
+        cut: something was left untried because it needs too many picks.
     """
 
     def __init__(
         self, space: Space[State], start: State, max_picks: int, budget: float, tell: Callable[[], None]
     ) -> None:
-        """tell: called after every pick and peek."""
+        """Start at a state; `tell` is called after every pick and peek."""
         self.space, self.max_picks, self.budget, self.tell = space, max_picks, budget, tell
         self.root = self.leader = Node(start)
         self.best: Node[State] | None = None
@@ -179,27 +192,27 @@ class Tree(Generic[State]):
         self._peeked: dict[frozenset[int], Options] = {}
 
     def hopeful(self, cost: Cost) -> bool:
-        """Whether a sequence of this cost would be better than the best."""
+        """True if a sequence of this cost would be better than the best."""
         return cost < (Cost(self.max_picks + 1, 0) if self.best is None else self.best.cost)
 
     def affords(self, picks: int = 0, looks: int = 0) -> bool:
-        """Whether the budget allows for more."""
+        """True if the budget allows this much more."""
         return self.spent.total + Spent(picks, looks).total <= self.budget
 
     def next(self) -> Trial[State] | None:
-        """The open choice with the lowest bound that can still lead to something better."""
+        """Return the open choice with the lowest bound that can still lead to something better."""
         while self._open and (self._open[0].done or not self.hopeful(self._open[0].bound)):
             heapq.heappop(self._open)
         return self._open[0] if self._open else None
 
     def open(self) -> list[Trial[State]]:
-        """All such choices."""
+        """Return all choices that are open and can still lead to something better."""
         self._open = [t for t in self._open if not t.done and self.hopeful(t.bound)]
         heapq.heapify(self._open)
         return list(self._open)
 
     def attempt(self, trial: Trial[State]) -> Node[State] | None:
-        """Try a choice. Returns the node that it leads to; None if nothing better can come of going on there."""
+        """Try a choice. Returns the node that it leads to; None if nothing better can follow."""
         trial.done = True
         arrival = self.space.pick(trial.node.state, trial.choice)
         self.spent = Spent(self.spent.picks + 1, self.spent.looks)
@@ -235,7 +248,7 @@ class Tree(Generic[State]):
                 self.cut = True
 
     def peek(self, removed: frozenset[int]) -> Options:
-        """What a look at the start would tell if these objects were gone. Costs a look, the first time."""
+        """Return what a look at the start would show if these objects were gone. Costs a look, the first time."""
         if removed not in self._peeked:
             self.spent = Spent(self.spent.picks, self.spent.looks + 1)
             self._peeked[removed] = self.space.peek(self.root.state, removed)

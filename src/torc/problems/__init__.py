@@ -1,1 +1,1 @@
-"""Problems: which objects lie where, and which one is wanted; the shipped sets."""
+"""Problems: which objects lie where, and which one is the target; the shipped sets."""

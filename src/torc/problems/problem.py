@@ -1,10 +1,9 @@
-"""Problems: which objects lie where, and which one is wanted. YAML on disk, format `torc-problem/1`.
+"""Problems: which objects lie where, and which one is the target. YAML on disk, format `torc-problem/1`.
 
-format: torc-problem/1
-name: behind_the_milk
+format: torc-problem/1 name: behind_the_milk
 category: structured            # or unstructured
 description: The mug stands behind a milk carton.
-target: mug                     # one of the objects, or one that is not there: then with its target_model
+target: mug                     # one of the objects, or an absent one: then with its target_model
 objects:
 - name: mug                     # unique within the problem
   model: mug_red                # see `torc objects list`
@@ -29,16 +28,22 @@ from torc.problems.sets import is_problem_set, problem_names, shipped_path
 from torc.robots.names import robot_names
 
 ROBOT_KEYS = NAME_KEY, SOURCE_KEY = "robot", "robot_source"
-"""In a problem's origin: the robot's name, and the fingerprint of its files if it is a user's own."""
+"""Keys of a problem's origin: the robot's name, and the fingerprint of its files if it is user-defined."""
 
 _NOWHERE = (-60.0, -60.0, 40.0)
-"""Where a target that is not there is kept, metres."""
+"""The place of an absent target, metres."""
 
 
 @dataclass(frozen=True)
 class ObjectPlacement:
-    """One object of a problem, of a model in the object library: pose of the model frame in the world frame, metres,
-    unit quaternion."""
+    """One object of a problem: a model of the object library, and the pose of its frame in the world.
+
+    Attributes:
+        name: the object's name within the problem.
+        model: its model.
+        position: metres.
+        wxyz: unit quaternion.
+    """
 
     name: str
     model: str
@@ -79,12 +84,14 @@ class Problem:
 
     @property
     def absent(self) -> bool:
-        """The target is not on the table: it is described, and of `target_model`."""
+        """True if the target is not on the table: it is only described, and of `target_model`."""
         return bool(self.target_model)
 
     def ordered(self) -> tuple[ObjectPlacement, ...]:
-        """Placements by object id: the target first, then the others in file order. A target that is not there keeps
-        its id, at a place far from the table."""
+        """Return the placements by object id: the target first, then the others in file order.
+
+        An absent target keeps its id, at a place far from the table.
+        """
         ghost = ObjectPlacement(self.target, self.target_model, _NOWHERE, (1.0, 0.0, 0.0, 0.0))
         placements = (ghost, *self.objects) if self.absent else self.objects
         return tuple(sorted(placements, key=lambda o: o.name != self.target))
@@ -104,7 +111,7 @@ def load_problem(name_or_path: str | os.PathLike[str]) -> Problem:
 
 
 def parse_problem(text: str, source: str = "problem") -> Problem:
-    """A problem from YAML text; `source` names it in errors. Raises InputError."""
+    """Read a problem from YAML text; `source` names it in errors. Raises InputError."""
     parsed = read_problem_file(text, source)
     names = [o.name for o in parsed.objects]
     if parsed.target_model and parsed.target in names:
@@ -123,7 +130,7 @@ def parse_problem(text: str, source: str = "problem") -> Problem:
 
 
 def problem_text(problem: Problem) -> str:
-    """The YAML of a problem; `parse_problem` gives back an equal one. Raises InputError if it is not valid."""
+    """Return the YAML of a problem; `parse_problem` reads it back. Raises InputError if the problem is not valid."""
     data: dict[str, Any] = {"format": FORMAT, "name": problem.name, "category": problem.category}
     data["description"] = problem.description
     if problem.notes:
@@ -144,7 +151,7 @@ def problem_text(problem: Problem) -> str:
 
 
 def save_problem(problem: Problem, path: str | os.PathLike[str]) -> None:
-    """Writes a problem; the file appears complete or not at all. Raises InputError if the problem is not valid."""
+    """Write a problem; the file appears complete or not at all. Raises InputError if the problem is not valid."""
     path = Path(path)
     text = problem_text(problem)
     aside = path.with_name(f".{path.name}.tmp")
@@ -181,19 +188,19 @@ def _read(path: Path) -> str:
 
 
 def robot_wanted(problem: Problem) -> str:
-    """Name of the robot that a problem was made for, other than the default one; "" where it is that, or not known."""
+    """Return the name of the robot that a problem was made for; "" if it is the default one or unknown."""
     name = str(problem.origin.get(NAME_KEY, ""))
     return name if SOURCE_KEY in problem.origin or name in robot_names() else ""
 
 
 def robot_option(problem: Problem) -> str:
-    """What --robot takes for a problem: the name of a shipped robot, FILE for another, "" for the default one."""
+    """Return what --robot takes for a problem: a shipped robot's name, FILE for another, "" for the default one."""
     wanted = robot_wanted(problem)
     return "FILE" if wanted and SOURCE_KEY in problem.origin else wanted
 
 
 def robot_hint(problem: Problem, name: str, source: str) -> str:
-    """What to say of a problem that was not made for the robot of this name and fingerprint; "" where it was."""
+    """Return a hint for a problem made for another robot than the one of this name and fingerprint; "" if it fits."""
     wanted = robot_wanted(problem)
     if not wanted or problem.origin.get(SOURCE_KEY, source if wanted == name else "") == source:
         return ""

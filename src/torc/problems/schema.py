@@ -16,7 +16,7 @@ from torc.workspace.workspace_files import load_workspace
 
 FORMAT = "torc-problem/1"
 MAX_BYTES = 64_000
-"""Several times what the fullest problem needs: a megabyte takes YAML's reader a minute."""
+"""Several times what the fullest problem needs: YAML's reader takes a minute for a megabyte."""
 Category = Literal["structured", "unstructured"]
 Scalar = str | int | float | bool
 _MAX_NUMBER, _MAX_ORIGIN = 2**63, 100
@@ -65,7 +65,7 @@ class _ObjectFile(BaseModel):
             raise ValueError(
                 "a rotation must not be zero or huge; [1, 0, 0, 0] is upright (order w, x, y, z)."
             )
-        if abs(norm - 1.0) < 1e-9:  # kept as it is, so that loading and saving give back the same file
+        if abs(norm - 1.0) < 1e-9:  # unchanged, so that a loaded file is saved unchanged
             return wxyz
         w, x, y, z = (v / norm for v in wxyz)
         return w, x, y, z
@@ -111,7 +111,7 @@ class ProblemFile(BaseModel):
 
 
 def read_problem_file(text: str, source: str) -> ProblemFile:
-    """The validated content of a problem file; `source` names it in errors. Raises InputError."""
+    """Return the validated content of a problem file; `source` names it in errors. Raises InputError."""
     return parse_yaml_as(
         ProblemFile, text, source, "problem", MAX_BYTES, "Compare with a shipped problem.", _REMEDIES
     )
@@ -128,7 +128,7 @@ def _unknown_model(model: str, valid: tuple[str, ...]) -> str:
 
 
 def _region() -> tuple[np.ndarray, np.ndarray]:
-    """Where an object's origin may be: over the table."""
+    """Return the lower and upper corner of the region over the table where an object's origin may be."""
     workspace = load_workspace()
     center, half = np.array(workspace.table.center), np.array(workspace.table.size) / 2
     lower, upper = center - half, center + half

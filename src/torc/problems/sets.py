@@ -1,6 +1,7 @@
-"""The problem sets that come with torc: `torc40` to compare task planners on, `validation` to tune them on, and
-`validation-ur5e` and `validation-panda`, which are made for other robots. Sets may lie in a group: `torc-hard/absent`
-is one of harder problems, `torc-hard` all of these."""
+"""The shipped problem sets: `torc40` compares task planners, `validation` is for tuning them, and `validation-ur5e` and
+`validation-panda` are made for other robots. Sets may form a group: `torc-hard/absent` is a set of harder problems,
+`torc-hard` the group of all of them.
+"""
 
 import os
 from functools import cache
@@ -13,12 +14,12 @@ _SHIPPED = Path(__file__).parent / "data"
 
 @cache
 def problem_sets() -> tuple[str, ...]:
-    """Names of the shipped sets."""
+    """Return the names of the shipped sets."""
     return tuple(sorted({_set_of(path) for path in _paths().values()}))
 
 
 def is_problem_set(name: str) -> bool:
-    """Whether this is a shipped set, or a group of them."""
+    """True if this is a shipped set, or a group of them."""
     return any(name in (known, known.split("/")[0]) for known in problem_sets())
 
 
@@ -38,20 +39,20 @@ def problem_names(problem_set: str | None = None) -> tuple[str, ...]:
 
 
 def shipped_path(name: str) -> Path | None:
-    """The file of a shipped problem; None if there is none of that name."""
+    """Return the file of a shipped problem; None if there is none of that name."""
     return _paths().get(name)
 
 
 def set_of(name: str) -> str | None:
-    """The shipped set with the problem of that name, e.g. "torc-hard/absent"; None if there is none of that name."""
+    """Return the shipped set with the problem of that name, e.g. "torc-hard/absent"; None if there is none."""
     path = shipped_path(name)
     return None if path is None else _set_of(path)
 
 
 def select_problems(selection: str) -> tuple[str, ...]:
-    """The problems that a user means: names or paths that `load_problem` takes. Raises InputError.
+    """Return the problems that a user selected, as names or paths for `load_problem`. Raises InputError.
 
-    Comma-separated are shipped sets, shipped problems, problem files, and directories of them.
+    A selection holds, separated by commas, shipped sets, shipped problems, problem files, and directories of them.
     """
     chosen: list[str] = []
     for part in (p.strip() for p in selection.split(",") if p.strip()):
@@ -79,5 +80,5 @@ def _paths() -> dict[str, Path]:
 
 
 def _set_of(path: Path) -> str:
-    """E.g. "torc40", "torc-hard/absent"."""
+    """Return the name of a file's set, e.g. "torc40" or "torc-hard/absent"."""
     return path.parent.relative_to(_SHIPPED).as_posix()

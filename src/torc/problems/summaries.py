@@ -22,7 +22,7 @@ class ProblemSummary:
 
 
 def problem_summary(name_or_path: str) -> ProblemSummary:
-    """Summarise a problem. A shipped file is read as far as its objects begin, any other is checked as a whole.
+    """Summarise a problem. A shipped file is read up to its objects; any other is checked as a whole.
 
     Raises:
         InputError: there is no such problem, or its file cannot be used.

@@ -13,7 +13,7 @@ from torc.records.volume import OcclusionVolume
 
 @dataclass(frozen=True)
 class Hand:
-    """What of a gripper can be said in a sentence: how far it opens, and the length of its fingers."""
+    """What a sentence can say about a gripper: how far it opens, and the length of its fingers, metres."""
 
     opening_m: float
     finger_length_m: float

@@ -1,4 +1,4 @@
-"""What follows from a record, worked out once however many ask for it."""
+"""Facts that follow from a record, computed once for all readers."""
 
 import weakref
 from collections.abc import Callable, Hashable
@@ -6,7 +6,7 @@ from typing import Any, TypeVar
 
 Derived = TypeVar("Derived")
 _KEPT: dict[int, dict[Hashable, Any]] = {}
-"""By the record's `id`, until the record is gone. Records hold arrays, so they cannot be keys themselves."""
+"""By the record's `id`, until the record is deleted. Records hold arrays, so they cannot be keys themselves."""
 
 
 def once(record: object, key: Hashable, derive: Callable[[], Derived]) -> Derived:

@@ -138,13 +138,13 @@ class Evidence:
     notes: Mapping[str, Any] = field(default_factory=dict)
 
     def to_plain(self) -> dict[str, Any]:
-        """JSON-compatible data without empty fields; notes stand beside the others. `from_plain` reads it."""
+        """Return JSON-compatible data without empty fields, notes beside the others. `from_plain` reads it."""
         plain = {f.name: _plain(getattr(self, f.name)) for f in fields(self) if f.name != "notes"}
         return {k: v for k, v in plain.items() if v not in ("", None, {})} | to_plain(self.notes)
 
     @staticmethod
     def from_plain(plain: Mapping[str, Any]) -> "Evidence":
-        """Read what `to_plain` wrote, also older versions of torc. What cannot be read stays as a note."""
+        """Read what `to_plain` wrote, also in older versions of torc. Whatever cannot be read stays as a note."""
         known: dict[str, Any] = {}
         for name, value in plain.items():
             try:
@@ -167,7 +167,7 @@ _READERS: Mapping[str, Callable[[Any], Any]] = {
 
 
 def _plain(value: Any) -> Any:
-    """A part of the evidence as plain data, without the fields that are empty."""
+    """Return a part of the evidence as plain data without its empty fields."""
     if isinstance(value, DependencyGraph):
         return value.to_dict()
     if is_dataclass(value):

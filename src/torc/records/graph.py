@@ -53,7 +53,7 @@ class DependencyNode:
 
     @property
     def graspable(self) -> bool:
-        """Whether the object could be picked now."""
+        """True if the object can be picked now."""
         return self.valid_grasps > 0
 
 
@@ -63,9 +63,9 @@ class DependencyEdge:
 
     Attributes:
         source, target: object ids.
-        kind: see EdgeKind.
-        weight: in a graph, share among the source's edges, 0..1; 1 for a relation that is in none yet.
-        evidence: numbers it rests on, JSON-compatible.
+        kind: why.
+        weight: in a graph, share among the source's edges, 0..1; 1 for a relation that is not in a graph yet.
+        evidence: JSON-compatible numbers that it rests on.
     """
 
     source: int

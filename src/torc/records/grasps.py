@@ -1,4 +1,4 @@
-"""Grasps and what is known of each."""
+"""Grasps and what is known about each."""
 
 from dataclasses import dataclass
 from enum import IntEnum
@@ -57,22 +57,22 @@ class GraspSet:
         return len(self.scores)
 
     def of(self, object_id: int) -> np.ndarray:
-        """Indices of this object's grasps, by falling score."""
+        """Return indices of this object's grasps, by falling score."""
         index = np.flatnonzero(self.object_ids == object_id)
         return index[np.argsort(-self.scores[index], kind="stable")]
 
 
 @dataclass(frozen=True)
 class GraspReport:
-    """Per grasp: reachable how, or why not; per pair of objects: who blocks whom (paper: Grasping).
+    """How each grasp is reached or why not, and which objects block which (paper: Grasping).
 
     Attributes:
         status: a GraspStatus per grasp.
         qpos: inverse-kinematics solution of the arm per grasp, radians; NaN where there is none.
         blockers: per grasp the other objects that the arm or gripper touches, bit k for object id k.
         object_ids: ids of all visible objects, rising.
-        blocking: blocking[i, j] = how many grasps of object_ids[i] are blocked by object_ids[j]; a grasp may
-            count for several j.
+        blocking: blocking[i, j] = how many grasps of object_ids[i] are blocked by object_ids[j]; a grasp may count for
+            several j.
         blocked_total: per object, how many of its grasps are blocked by at least one other object.
         valid_total: per object, how many grasps are VALID: those held back as UNLIKELY or NO_MOTION do not count.
     """
@@ -86,7 +86,7 @@ class GraspReport:
     valid_total: Int32[np.ndarray, "k"]
 
     def has_valid_grasp(self, object_id: int) -> bool:
-        """Whether the object is graspable now; False for an object that is not in the scene."""
+        """True if the object is graspable now; False for an object that is not in the scene."""
         return object_id in self.object_ids and self.valid_total[self.object_ids.index(object_id)] > 0
 
     @property

@@ -1,4 +1,4 @@
-"""What came of a pick."""
+"""The outcome of a pick."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -7,7 +7,7 @@ from torc.records.camera import TARGET_ID
 
 
 class PickResult(StrEnum):
-    """The end of one attempt. All but the first two are failures that use up a pick."""
+    """How an attempt ended. All but the first two are failures that use up a pick."""
 
     RETRIEVED = "retrieved"
     """The target was held after the lift and delivered to the bin."""
@@ -18,9 +18,9 @@ class PickResult(StrEnum):
     SLIPPED = "slipped"
     """The object was held after the lift but lost before the bin."""
     STOPPED = "stopped"
-    """The approach or a motion with the object was ended, mostly by unexpected contact; the arm backed off."""
+    """The approach, or a motion with the object, ended early, mostly by unexpected contact; the arm backed off."""
     NOT_REACHED = "not reached"
-    """The same on the way to the pre-grasp: the grasp was not tried."""
+    """The motion to the pre-grasp ended early: the grasp was not tried."""
     NO_VALID_CHOICE = "no valid choice"
     """The task planner named no object that it was allowed to name, in all its tries."""
     NO_VALID_GRASP = "no valid grasp"
@@ -36,8 +36,12 @@ class PickResult(StrEnum):
 
 @dataclass(frozen=True)
 class Touch:
-    """Where an unexpected contact ended an approach: the arm afterwards (radians), the gripper's opening, and how far
-    it had gone back by then, against the approach.
+    """Where an unexpected contact ended an approach.
+
+    Attributes:
+        qpos: the arm afterwards, radians.
+        width_m: the gripper's opening.
+        relief_m: how far the arm had backed off by then, against the approach.
     """
 
     qpos: tuple[float, ...]
@@ -47,8 +51,8 @@ class Touch:
 
 @dataclass(frozen=True)
 class FeltOutcome:
-    """What the gripper told of a pick. It feels that something is between the pads, never what: the result is as if
-    that were the object that was to be picked.
+    """What the gripper reported of a pick. It feels something between the pads, but not which object it is: the result
+    assumes the object that was to be picked.
     """
 
     result: PickResult
@@ -68,16 +72,16 @@ class PickOutcome:
         held_id: the object that was held after the lift: the simulator's truth, or the plan's object on a real robot.
         held_after_lift: something was held after the lift, which is the paper's measure of success.
         delivered: the held object was released over the bin.
-        dropped: ids of other objects than the target that fell off the table.
+        dropped: ids of the objects, without the target, that fell off the table.
         target_lost: the target fell off the table.
         detail: one sentence for people, e.g. which contact stopped the arm.
         duration_s: time on the robot's clock, seconds.
         at_home: the arm ended where it waits for the next pick; otherwise the next pick starts from where it is.
         touch: where unexpected contact ended the approach; None if it did not.
-        true_id: the simulator's id of the object that was to be picked, if perception numbers objects by itself; None
-            if the ids agree or the truth is unknown.
+        true_id: the simulator's id of the object that was to be picked, if perception numbers objects itself; None if
+            the ids agree or the truth is unknown.
         target_p: probability, by its look in the hand, that the lifted object was the target; None if nobody looked.
-        felt: what the gripper reported, if that is known apart from what happened.
+        felt: what the gripper reported, if it is known separately from what happened.
     """
 
     result: PickResult

@@ -1,4 +1,4 @@
-"""Motions."""
+"""Motions: trajectories, the plan of a pick, and a failure to plan."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -62,13 +62,13 @@ class PickPlan:
 
     @property
     def motions(self) -> tuple[Trajectory, ...]:
-        """All five, in order."""
+        """All five motions, in order."""
         return self.free, self.approach, self.lift, self.transfer, self.home
 
 
 @dataclass(frozen=True)
 class PlanFailure:
-    """No plan: the query that failed for the last grasp tried, and why, in a sentence."""
+    """No plan: the query that failed for the last grasp tried, and the reason in a sentence."""
 
     stage: PlanStage
     reason: str

@@ -1,4 +1,4 @@
-"""What perception makes of a snapshot."""
+"""What perception makes of a snapshot: objects, their points, and its memory."""
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
@@ -9,7 +9,7 @@ from jaxtyping import Float32, Int16, Int32
 from torc.records.camera import MAX_OBJECTS, TARGET_ID, Observation
 
 _LEAST_P = 1e-3
-"""No probability that odds are made of is smaller."""
+"""Least probability used in odds."""
 
 
 @dataclass(frozen=True)
@@ -57,17 +57,18 @@ class KnownObject:
 
 @dataclass(frozen=True)
 class SegmentedScene:
-    """All that was perceived in one snapshot.
+    """Everything that was perceived in one snapshot.
 
     Attributes:
-        label_image: object id per pixel; BACKGROUND or ROBOT elsewhere. A task planner is shown the visible objects
-            alone, here and in the observation; perception itself may leave in what it does not report.
+        observation: the snapshot.
+        label_image: object id per pixel; BACKGROUND or ROBOT elsewhere. A task planner is shown only the visible
+            objects, here and in the observation; perception itself may leave in what it does not report.
         objects: visible objects, by rising id.
         target_id: id of the target, or None while it is hidden.
         background_points: surface points of no object (table, bin), world frame.
-        known: all objects so far, for a perception that keeps ids by itself: its memory, for nobody else.
-        brought_odds: of the target being among what was brought unrecognised, against its never having been in
-            sight; memory of the same kind.
+        known: all objects so far, for a perception that keeps ids itself: its memory, for nobody else.
+        brought_odds: odds that an unrecognised target was among the delivered objects, against never having been in
+            sight; memory like `known`.
     """
 
     observation: Observation
@@ -84,15 +85,17 @@ class SegmentedScene:
         return tuple(o.id for o in self.objects)
 
     def object(self, object_id: int) -> SegmentedObject:
-        """The visible object with that id. Raises KeyError if there is none."""
+        """Return the visible object with that id. Raises KeyError if there is none."""
         for o in self.objects:
             if o.id == object_id:
                 return o
         raise KeyError(f"No visible object {object_id}; visible: {self.ids}.")
 
     def with_target(self, object_id: int) -> "SegmentedScene":
-        """The scene in which that visible object is the target; what was taken for it before has that id now, and what
-        is remembered of a target out of sight was of this one. Raises KeyError as `object`.
+        """Return the scene with that visible object as the target; the former target gets its id.
+
+        What is remembered of a target out of sight is dropped, since this object is the target. Raises KeyError if the
+        object is not visible.
         """
         self.object(object_id)
         facts = tuple(k for k in self.known if k.id != TARGET_ID or TARGET_ID in self.ids)
@@ -100,24 +103,25 @@ class SegmentedScene:
         return replace(replace(self, known=facts)._renamed(swapped), target_id=TARGET_ID)
 
     def without_target(self) -> "SegmentedScene":
-        """The scene in which what was taken for the target is another object: it has the lowest free id now."""
+        """Return the scene without a target: the object that was taken for it gets the lowest free id."""
         taken = {*self.ids, *(k.id for k in self.known)}
         free = next(k for k in range(1, MAX_OBJECTS + 1) if k not in taken)
         return replace(self._renamed({TARGET_ID: free}), target_id=None)
 
     def with_brought(self, object_id: int, p: float) -> "SegmentedScene":
-        """The scene whose memory knows that this object was brought, and was the target with probability `p` by a look
-        in the hand: what looks like it and is left is less likely the target.
+        """Record that this object was delivered and that the in-hand look gave it probability p of being the target.
+
+        Objects that look like it are then less likely to be the target.
         """
         told = {k.id: k.target_p for k in self.known if k.id in self.ids}
-        # Odds against "in sight nowhere, and not brought", whose probability is what the others leave.
+        # Odds against "in sight nowhere, and not brought", which has the probability that the others leave.
         others = (
             (1 - told.get(object_id, 0.0)) * (1 + self.brought_odds) / max(1 - sum(told.values()), _LEAST_P)
         )
         return replace(self, brought_odds=self.brought_odds + p / max(1 - p, _LEAST_P) * others)
 
     def _renamed(self, new: dict[int, int]) -> "SegmentedScene":
-        """The scene with other ids for some objects."""
+        """Return the scene with other ids for some objects."""
         label = self.label_image.copy()
         for old, now in new.items():
             label[self.label_image == old] = now

@@ -29,16 +29,16 @@ class VoxelGrid:
         return self.origin + self.voxel_size_m * np.asarray(self.shape)
 
     def centers(self) -> Float[np.ndarray, "nx ny nz 3"]:
-        """Centres of all voxels, world frame."""
+        """Return the centres of all voxels, world frame."""
         axes = [o + self.voxel_size_m * (np.arange(n) + 0.5) for o, n in zip(self.origin, self.shape)]
         return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
 
     def index_of(self, points: Float[np.ndarray, "*n 3"]) -> np.ndarray:
-        """Voxel index (int64) of each point; may lie outside the grid."""
+        """Return the voxel index (int64) of each point; it may lie outside the grid."""
         return np.floor((points - self.origin) / self.voxel_size_m).astype(np.int64)
 
     def contains(self, index: np.ndarray) -> np.ndarray:
-        """Whether each voxel index lies within the grid."""
+        """Return, per voxel index, whether it lies within the grid."""
         return np.all((index >= 0) & (index < np.asarray(self.shape)), axis=-1)
 
 
@@ -60,7 +60,7 @@ class OcclusionVolume:
     snapshots: int
 
     def free_at(self, points: Float[np.ndarray, "n 3"]) -> Bool[np.ndarray, "n"]:
-        """Which points (world frame) lie in voxels that were seen and hold no surface; none outside of the grid."""
+        """Return, per point (world frame), whether its voxel was seen and holds no surface; False outside the grid."""
         index = self.grid.index_of(points)
         inside = self.grid.contains(index)
         at = tuple(index[inside].T)
@@ -69,6 +69,6 @@ class OcclusionVolume:
         return free
 
     def hidden_volume_m3(self, object_id: int) -> float:
-        """Volume of the unseen voxels that this object hides, cubic metres."""
+        """Return the volume of the unseen voxels that this object hides, cubic metres."""
         bit = np.uint64(1) << np.uint64(object_id)
         return float(np.count_nonzero(self.hidden_by & bit)) * self.grid.voxel_size_m**3

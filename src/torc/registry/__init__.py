@@ -1,1 +1,1 @@
-"""The parts that can be exchanged: their kinds, how they are found by name, and how they are made."""
+"""Exchangeable parts: their kinds, how they are found by name, and how they are made."""

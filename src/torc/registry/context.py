@@ -1,4 +1,4 @@
-"""What parts may be given when they are made."""
+"""The arguments that parts may receive when they are made."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    # Types alone, so that this module stays light and at the bottom of the packages.
+    # Types only, so that this module stays light and at the bottom of the packages.
     from collections.abc import Callable
 
     from torc.robots.description import RobotDescription
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class BuildContext:
-    """What a part may be given when it is made, besides its settings.
+    """What a part may receive when it is made, besides its settings.
 
-    The one rule: a parameter of a part's `__init__` that has the name of a field below is given that field, unless the
+    The one rule: a parameter of a part's `__init__` that has the name of a field below receives that field, unless the
     field is None. All other parameters are settings.
 
     Attributes:
@@ -33,9 +33,9 @@ class BuildContext:
         support_z_m: height of the table top in the world, metres.
         camera: the simulated camera, for a camera that looks through it.
         client: the VLM that a task planner asks.
-        asking: pictures, prompt and version of the questions, for such a planner.
+        asking: pictures, prompt and version of the questions, for a planner that asks one.
         config: the model and its options, for a VLM client.
-        truth: returns what is true in the simulation now, for the simulated VLM.
+        truth: returns the true situation in the simulation now, for the simulated VLM.
         dof: number of joints, for an arm driver.
         joint_names: the joints' names in the robot description, for an arm driver.
     """
@@ -53,7 +53,7 @@ class BuildContext:
     joint_names: tuple[str, ...] | None = None
 
     def given_to(self, factory: Any) -> dict[str, Any]:
-        """Return the arguments that a class, or a function that makes a part, takes of these."""
+        """Return those of these arguments that a class, or a function that makes a part, takes."""
         names = GIVEN & parameters(factory)
         return {name: value for name in names if (value := getattr(self, name)) is not None}
 
@@ -63,7 +63,7 @@ GIVEN = frozenset(field.name for field in fields(BuildContext))
 
 
 def signature_of(factory: Any) -> inspect.Signature | None:
-    """Return the signature of a class or function; None if it cannot say, as some compiled ones."""
+    """Return the signature of a class or function; None if it has none, like some compiled ones."""
     try:
         return inspect.signature(factory)
     except (TypeError, ValueError):
@@ -71,6 +71,6 @@ def signature_of(factory: Any) -> inspect.Signature | None:
 
 
 def parameters(factory: Any) -> frozenset[str]:
-    """Return the names of the arguments that something takes, as far as it can say."""
+    """Return the names of the arguments that something takes, as far as they are known."""
     signature = signature_of(factory)
     return frozenset() if signature is None else frozenset(signature.parameters)

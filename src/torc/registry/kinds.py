@@ -1,9 +1,9 @@
-"""Every kind of part that can be exchanged, and what a part of each kind may declare. Light to import.
+"""Every kind of exchangeable part, and what a part of each kind may declare. Light to import.
 
 A shipped part is one file: `torc/parts/planners/dg_select.py` is the task planner `dg-select`. The first line of its
 docstring is its help, and `PART` is its class, or a function that makes one. Other packages register a class by an
-entry point of the kind's group (`torc.planners`), or a whole package with such folders by one entry point of the group
-`torc.parts`. Anybody's class can also be named directly, as "module:Class" or "path/to/file.py:Class".
+entry point of the kind's group (`torc.planners`), or a whole package with folders like these by one entry point of the
+group `torc.parts`. Any class can also be named directly, as "module:Class" or "path/to/file.py:Class".
 """
 
 from collections.abc import Callable, Mapping
@@ -11,12 +11,13 @@ from dataclasses import dataclass
 from typing import Any, Generic, TypeVar, cast
 
 FOLDERS = "torc.parts"
-"""The package with a folder of parts for each kind; also the group of entry points by which others name theirs."""
+"""The package with a folder of parts for each kind; also the group of entry points that adds further packages."""
 
 
 class Traits:
-    """What a part declares about itself, as class attributes. Inherit the traits of a kind to declare some; a class
-    that does not inherit can set attributes of the same names.
+    """What a part declares about itself, as class attributes.
+
+    Inherit the traits of a kind to declare some; a class that does not inherit can set attributes of the same names.
     """
 
 
@@ -26,7 +27,7 @@ class CameraTraits(Traits):
     real: bool = False
     """It looks at the real world, or at a recording of it: no simulated trial can use it."""
     unplaced: Callable[[], Any] | None = None
-    """A method that takes a snapshot in the camera's own frame, while its pose is not known."""
+    """A method that takes a snapshot in the camera's own frame while its pose is unknown."""
 
     @classmethod
     def check_library(cls) -> None:
@@ -34,7 +35,7 @@ class CameraTraits(Traits):
 
     @classmethod
     def devices(cls) -> list[str] | None:
-        """Return a line for each connected device; None if nobody can say."""
+        """Return a line for each connected device; None if that is unknown."""
         return None
 
     def close(self) -> None:
@@ -56,7 +57,7 @@ class PerceptionTraits(Traits):
     """What a perception declares."""
 
     needs_labels: bool = False
-    """It is shown the masks that a snapshot's source knows, such as a simulator's; `label_image` is None for others."""
+    """It receives the masks that a snapshot's source knows, such as a simulator's; `label_image` is None for others."""
     needs_pictures: bool = False
     """It recognises the target by reference pictures. A simulated trial takes them only then."""
     reads_words: bool = False
@@ -144,12 +145,12 @@ class Kind(Generic[T]):
         return self.call.partition("(")[0]
 
     def traits(self, part: object) -> T:
-        """Return what a part, or a class of parts, declares; the defaults for what it does not declare."""
+        """Return what a part, or a class of parts, declares, with defaults for the rest."""
         return traits_of(part, self.base)
 
 
 def traits_of(part: object, base: type[T]) -> T:
-    """Return what a part declares, with the defaults of `base` for what it does not declare.
+    """Return what a part declares, with the defaults of `base` for the rest.
 
     This is the only place where torc looks into a part that does not inherit the traits of its kind.
     """
@@ -161,7 +162,7 @@ def traits_of(part: object, base: type[T]) -> T:
 
 
 def declarable(base: type[Traits]) -> Mapping[str, Any]:
-    """Return the traits that a base has, with their defaults."""
+    """Return the traits of a base, with their defaults."""
     return {name: value for name, value in vars(base).items() if not name.startswith("_")}
 
 
@@ -222,4 +223,4 @@ CONFIGURED: Mapping[str, str] = {
     "bets": "torc.pipeline.better_bet:BetConfig",
     "simulation": "torc.sim.robot:SimulatedRobotConfig",
 }
-"""What has settings but cannot be exchanged: name -> the default settings, or what makes them."""
+"""Configurations that are not parts: name -> the default settings, or a function that makes them."""

@@ -1,5 +1,5 @@
-"""From the name of a part to the part. A stranger's code may fail in any way: what fails while a part is made is an
-InputError, and what fails in use is an error that names the part.
+"""From the name of a part to the part. User-defined code may fail in any way: a failure while a part is made is an
+InputError, a failure in use an error that names the part.
 """
 
 import ast
@@ -24,7 +24,7 @@ from torc.registry.settings import arguments
 from torc.satellites import not_installed, satellite_of_part
 
 PART = "PART"
-"""What a file in a folder of parts calls its class."""
+"""The name of the class in a file in a folder of parts."""
 
 
 def make_part(
@@ -38,13 +38,15 @@ def make_part(
     """Make the part of that name, or the class at "module:Class".
 
     Args:
-        settings: by their paths within the part.
-        context: what it may be given besides, see `BuildContext`.
+        kind: the kind of part.
+        name: its name.
+        settings: its settings, by their paths within the part.
+        context: other arguments it may receive, see `BuildContext`.
         rough: depth has a sensor's errors; a part that has default settings for that is made with them.
 
     Raises:
         UnknownNameError: nobody registered that name, or the part has no such setting.
-        InputError: the class cannot be imported or made, or is no such part; the cause is in the text.
+        InputError: the class cannot be imported or made, or is not a part of this kind; the text says why.
     """
     factory = load_part(kind, name)
     return make_with(kind, name, arguments(factory, settings or {}, kind.option, rough), context)
@@ -53,7 +55,7 @@ def make_part(
 def make_with(
     kind: Kind[Any], name: str, options: Mapping[str, Any], context: BuildContext | None = None
 ) -> Any:
-    """Make the part of that name with these arguments and those that it takes of `context`. Raises as `make_part`."""
+    """Make the part of that name with these arguments and those that it takes of `context`. Raises like `make_part`."""
     factory, what = load_part(kind, name), f"{kind.title} '{name}'"
     given = (context or BuildContext()).given_to(factory) | dict(options)
     signature = signature_of(factory)
@@ -68,7 +70,7 @@ def make_with(
         part = factory(**given)
     except TorcError:
         raise
-    except (Exception, SystemExit) as error:  # a stranger's code may fail in any way
+    except (Exception, SystemExit) as error:  # user-defined code may fail in any way
         raise InputError(f"{what} could not be made: {type(error).__name__}: {error}.") from error
     if not callable(getattr(part, kind.method, None)):
         raise InputError(f"{what} needs a method `{kind.call}`; {type(part).__name__} has none.")
@@ -92,7 +94,7 @@ def trait_faults(kind: Kind[Any], part: object) -> Iterator[str]:
 
 
 def load_part(kind: Kind[Any], name: str) -> Any:
-    """Return what makes the part of that name, imported but not called. Raises as `make_part`."""
+    """Return what makes the part of that name, imported but not called. Raises like `make_part`."""
     # Asking all installed packages takes 15 ms, and a trial makes a dozen parts.
     shipped = shipped_paths(kind)
     known = shipped if name in shipped else part_paths(kind)
@@ -104,7 +106,7 @@ def load_part(kind: Kind[Any], name: str) -> Any:
 
 
 def load_path(what: str, path: str) -> Any:
-    """Return the class or function at "module:Class" or "path/to/file.py:Class"; `what` it is, for messages.
+    """Return the class or function at "module:Class" or "path/to/file.py:Class". `what` names it in messages.
 
     Raises InputError.
     """
@@ -115,7 +117,7 @@ def load_path(what: str, path: str) -> Any:
 
 
 def load_object(what: str, path: str) -> Any:
-    """Return anything at such a path. Raises InputError."""
+    """Return any object at "module:name" or "path/to/file.py:name". Raises InputError."""
     module_name, _, attribute = path.partition(":")
     if not module_name or not attribute:
         raise InputError(f"{what} must be written module:Class, e.g. my_package.my_module:MyClass.")
@@ -134,7 +136,7 @@ def load_object(what: str, path: str) -> Any:
         ) from error
     except AttributeError as error:
         raise InputError(f"{what}: module {module_name} has no '{attribute}' ({error}).") from error
-    except (Exception, SystemExit) as error:  # a stranger's code may fail in any way
+    except (Exception, SystemExit) as error:  # user-defined code may fail in any way
         failed = f"importing {module_name} failed with {type(error).__name__}: {error}."
         raise InputError(f"{what}: {failed}") from error
     return found
@@ -152,12 +154,12 @@ def part_paths(kind: Kind[Any]) -> dict[str, str]:
 
 
 def shipped_paths(kind: Kind[Any]) -> Mapping[str, str]:
-    """Return the names that come with torc, with their "module:PART". Looks at the names of files alone."""
+    """Return the names that come with torc, with their "module:PART". Reads only file names."""
     return _found(kind, (FOLDERS,))
 
 
 def is_shipped(kind: Kind[Any], name: str) -> bool:
-    """Return whether torc's own version settles what this part does; a user's own counts by its source."""
+    """Return whether torc's version alone determines what this part does; a user-defined part counts by its source."""
     if name in shipped_paths(kind):
         return True
     package = part_paths(kind).get(name, "").partition(":")[0].partition(".")[0]
@@ -165,7 +167,7 @@ def is_shipped(kind: Kind[Any], name: str) -> bool:
 
 
 def part_lines(kind: Kind[Any]) -> dict[str, str]:
-    """Return a line of help for every known name. Nothing of the parts is imported."""
+    """Return a line of help for every known name. No part is imported."""
     lines = {name: line for name, (_, line) in _installed(kind).items()}
     lines |= {name: _first_line(path) for name, path in _found(kind, _all_folders()).items()}
     return dict(sorted(lines.items()))
@@ -177,9 +179,9 @@ def kinds_of(name: str) -> list[Kind[Any]]:
 
 
 def registered(group: str) -> dict[str, Callable[[], Any]]:
-    """Return what installed packages registered in a group of entry points: what loads it, by name, in order of names.
+    """Return a loader for each name that installed packages registered in a group of entry points, sorted by name.
 
-    Loading raises InputError for what cannot be imported.
+    A loader raises InputError for what cannot be imported.
     """
     points = sorted(entry_points(group=group), key=lambda point: point.name)
     return {point.name: partial(_loaded, point) for point in points}
@@ -188,7 +190,7 @@ def registered(group: str) -> dict[str, Callable[[], Any]]:
 def _loaded(point: EntryPoint) -> Any:
     try:
         return point.load()
-    except (Exception, SystemExit) as error:  # a stranger's code may fail in any way
+    except (Exception, SystemExit) as error:  # user-defined code may fail in any way
         raise InputError(
             f"'{point.name}' of an installed package ({point.value}) cannot be imported: {type(error).__name__}: "
             f"{error}. Repair the package, or uninstall it."
@@ -197,13 +199,13 @@ def _loaded(point: EntryPoint) -> Any:
 
 @cache
 def _found(kind: Kind[Any], roots: tuple[str, ...]) -> dict[str, str]:
-    """The parts in the folders of some packages: a file's name is the part's, with hyphens."""
+    """Return the parts in the folders of some packages: a part is named like its file, with hyphens."""
     found: dict[str, str] = {}
     for root in reversed(roots):
         folder = f"{root}.{kind.folder}"
         try:
             spec = find_spec(folder)
-        except ImportError:  # a stranger's package that is broken: its parts are missing, others are not
+        except ImportError:  # another package is broken: its parts are missing, others are not
             continue
         for place in () if spec is None else spec.submodule_search_locations or ():
             for file in sorted(Path(place).glob("*.py")):
@@ -217,7 +219,7 @@ def _all_folders() -> tuple[str, ...]:
 
 
 def _installed(kind: Kind[Any]) -> dict[str, tuple[str, str]]:
-    """The parts of installed packages: "module:Class", and which package it is."""
+    """Return the parts of installed packages: "module:Class", and the package's name."""
     return {
         point.name: (point.value, f"of the package {point.value.partition('.')[0]}")
         for point in entry_points(group=kind.group)
@@ -225,7 +227,7 @@ def _installed(kind: Kind[Any]) -> dict[str, tuple[str, str]]:
 
 
 def _first_line(path: str) -> str:
-    """The first line of the docstring of a part's file."""
+    """Return the first line of the docstring of a part's file."""
     spec = find_spec(path.partition(":")[0])
     if spec is None or spec.origin is None:
         return ""
@@ -234,14 +236,14 @@ def _first_line(path: str) -> str:
 
 
 def short_part_name(name: str) -> str:
-    """Return a name that can stand in a file's name: "path/to/file.py:Class" becomes "file.Class"."""
+    """Return a name that fits into a file's name: "path/to/file.py:Class" becomes "file.Class"."""
     module, colon, attribute = name.partition(":")
     return f"{PurePath(module).name.removesuffix('.py')}.{attribute}" if colon else name
 
 
 @contextmanager
 def blamed(what: str, error_class: type[TorcError], remedy: str) -> Iterator[None]:
-    """Turn whatever a part raises within into `error_class`, naming the part, the fault and its line.
+    """Turn whatever a part raises inside into `error_class`, naming the part, the fault and its line.
 
     A TorcError that the part raises itself passes unchanged.
     """
@@ -249,7 +251,7 @@ def blamed(what: str, error_class: type[TorcError], remedy: str) -> Iterator[Non
         yield
     except TorcError:
         raise
-    except (Exception, SystemExit) as error:  # a stranger's code may fail in any way
+    except (Exception, SystemExit) as error:  # user-defined code may fail in any way
         last = traceback.extract_tb(error.__traceback__)[-1]
         raise error_class(
             f"{what} failed with {type(error).__name__}: {error} ({last.filename}, line {last.lineno}). {remedy}"
@@ -257,14 +259,14 @@ def blamed(what: str, error_class: type[TorcError], remedy: str) -> Iterator[Non
 
 
 def kind_of_value(value: Any) -> str:
-    """Return what a value is, for messages."""
+    """Return the kind of a value, for messages."""
     return "None" if value is None else f"a {type(value).__name__}"
 
 
 def _module_of_file(file: str) -> ModuleType:
-    """The module of a file in the working directory or on the search path; it finds the modules beside it.
+    """Import a file in the working directory or on the search path, once; it finds the modules beside it.
 
-    It is imported once. Raises FileNotFoundError if there is none.
+    Raises FileNotFoundError if there is none.
     """
     path = next((p.resolve() for p in (Path(place, file) for place in ("", *sys.path)) if p.is_file()), None)
     if path is None:

@@ -12,7 +12,7 @@ from torc.registry.kinds import Traits, traits_of
 Settings = Mapping[str, Any]
 """A value by the dotted path of its setting."""
 REQUIRED = "(required)"
-"""Stands for the default of a setting that has none."""
+"""Stands for the default of a setting without one."""
 
 
 class ConfigTraits(Traits):
@@ -20,7 +20,7 @@ class ConfigTraits(Traits):
 
     @classmethod
     def rough(cls) -> Self | None:
-        """Return the default settings where depth has a sensor's errors; None if they are the usual ones."""
+        """Return the default settings for depth with a sensor's errors; None if they are the usual ones."""
         return None
 
 
@@ -31,10 +31,16 @@ def under(settings: Settings, stage: str) -> dict[str, Any]:
 
 
 def changed(config: Any, settings: Settings, stage: str) -> Any:
-    """Return a configuration (a frozen dataclass, maybe of such dataclasses) with these settings.
+    """Return a configuration (a frozen dataclass, possibly of nested ones) with these settings.
 
-    `settings` are by their paths within it; `stage` stands before the paths in messages. Raises UnknownNameError for a
-    setting that it does not have, InputError for a value of the wrong type or one that it refuses.
+    Args:
+        config: the configuration.
+        settings: values by their paths within it.
+        stage: stands before the paths in messages.
+
+    Raises:
+        UnknownNameError: it has no such setting.
+        InputError: a value is of the wrong type, or refused by the configuration.
     """
     for path, value in settings.items():
         config = _changed(config, path.split("."), value, f"{stage}.{path}")
@@ -42,11 +48,11 @@ def changed(config: Any, settings: Settings, stage: str) -> Any:
 
 
 def arguments(factory: Any, settings: Settings, stage: str, rough: bool = False) -> dict[str, Any]:
-    """Return the arguments by which a part gets its settings.
+    """Return the arguments that carry a part's settings.
 
     A part whose parameter `config` is annotated with a dataclass gets one with the settings; any other gets each
     setting as an argument. With `rough` the configuration for a sensor's depth is the default, if there is one. Raises
-    as `changed`.
+    like `changed`.
     """
     made_with = config_class(factory)
     if made_with is None:
@@ -79,7 +85,7 @@ def settings_of(factory: Any) -> list[tuple[str, Any]]:
 
 
 def _of_fields(config: Any, prefix: str) -> list[tuple[str, Any]]:
-    """The settings of a dataclass, or of a value of one."""
+    """Return the settings of a dataclass, or of an instance of one."""
     found: list[tuple[str, Any]] = []
     for field in fields(config):
         value = REQUIRED if inspect.isclass(config) else getattr(config, field.name)
@@ -93,7 +99,7 @@ def _of_fields(config: Any, prefix: str) -> list[tuple[str, Any]]:
 
 
 def config_class(factory: Any) -> Any:
-    """Return the dataclass that a factory takes as `config`; None if it takes none, or cannot say."""
+    """Return the dataclass that a factory takes as `config`; None if it takes none, or if that is unknown."""
     maker = factory.__init__ if inspect.isclass(factory) else factory
     try:
         hint = get_type_hints(maker).get("config")

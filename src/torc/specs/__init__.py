@@ -1,1 +1,1 @@
-"""What is played: plain frozen data, from which everything else is made."""
+"""Specifications of trials: plain frozen data, from which everything else is made."""

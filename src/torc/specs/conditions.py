@@ -1,4 +1,4 @@
-"""All that is around the task planner: what trials must share to be compared."""
+"""Everything around the task planner: what trials must share to be compared."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
@@ -105,7 +105,7 @@ class Conditions(PipelineSpec):
 
 
 def _told(name: str, value: Any, source: str) -> str:
-    """One condition as text: with the beginning of its fingerprint if it is the user's own."""
+    """Return one condition as text, with the beginning of its fingerprint if it is user-defined."""
     if value is True:
         return name
     if isinstance(value, float):

@@ -1,4 +1,4 @@
-"""spec.json of a trial: written and read here alone."""
+"""spec.json of a trial: the only module that writes and reads it."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
@@ -12,12 +12,12 @@ from torc.specs.trial import PlannerSpec, TrialSpec
 
 TRIAL_SPEC_FORMAT = "torc-trial-spec/2"
 Sources = Mapping[str, str]
-"""Fingerprints of the files of a user's own parts: by field of `Conditions`, and "planner"."""
+"""Fingerprints of the files of user-defined parts: by field of `Conditions`, and "planner"."""
 
 
 @dataclass(frozen=True)
 class RecordedSpec:
-    """A trial's spec as it was written down, with the fingerprints of the parts that did not come with torc."""
+    """A trial's spec as written to disk, with the fingerprints of the parts that did not come with torc."""
 
     spec: TrialSpec
     sources: Sources = field(default_factory=dict)
@@ -29,12 +29,12 @@ class RecordedSpec:
 
 
 def to_plain(spec: TrialSpec, sources: Sources) -> dict[str, Any]:
-    """Plain data for spec.json."""
+    """Return plain data for spec.json."""
     return {"format": TRIAL_SPEC_FORMAT, **asdict(spec), "sources": dict(sources)}
 
 
 def from_plain(data: Any, source: str) -> RecordedSpec:
-    """A spec from plain data ; `source` names it in errors. Raises InputError."""
+    """Read a spec from plain data; `source` names it in errors. Raises InputError."""
     if not isinstance(data, Mapping):
         raise InputError(f"{source} holds no spec of a trial. It was not written by torc.")
     found = data.get("format")

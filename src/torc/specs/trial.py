@@ -1,4 +1,4 @@
-"""One trial: a problem, who chooses, a seed, and the conditions."""
+"""One trial: a problem, a planner, a seed, and the conditions."""
 
 import re
 from dataclasses import dataclass, field
@@ -13,7 +13,7 @@ from torc.specs.conditions import Conditions
 from torc.vlm.config import VlmConfig
 
 SIMULATED = "simulated "
-"""In a label, before the profile of a simulated VLM."""
+"""Stands in a label before the profile of a simulated VLM."""
 
 
 @dataclass(frozen=True)
@@ -40,12 +40,12 @@ class PlannerSpec:
 
     @property
     def asking(self) -> str:
-        """Its name, and the VLM that it asks."""
+        """The planner's name, and the VLM that it asks."""
         return self.name if self.vlm is None else f"{self.name} asking {self.vlm.text}"
 
     @property
     def label(self) -> str:
-        """Its name in tables."""
+        """The planner's name in tables."""
         label = self.name
         if self.vlm is not None:
             model = f"{SIMULATED if self.vlm.simulated else ''}{self.vlm.model}"
@@ -100,7 +100,7 @@ class TrialSpec:
 
     @property
     def default_name(self) -> str:
-        """A directory name for the trial."""
+        """A name for the trial's directory."""
         who, around = self.planner, self.conditions
         default = Conditions()
         parts = [Path(self.problem).stem, short_part_name(who.name)]
@@ -117,7 +117,7 @@ class TrialSpec:
 
 
 def settings_text(settings: Settings) -> str:
-    """Settings on one line, each by the last part of its path."""
+    """Return settings on one line, each by the last part of its path."""
     return ", ".join(f"{path.rpartition('.')[2]}={_short(value)}" for path, value in settings.items())
 
 

@@ -1,4 +1,4 @@
-"""Variants of conditions, to be compared with each other: "occlusion.smooth_px=0,3"."""
+"""Variants of conditions to be compared with each other: "occlusion.smooth_px=0,3"."""
 
 import re
 from collections.abc import Sequence
@@ -14,16 +14,17 @@ from torc.specs.conditions import Conditions
 
 
 def variants(sweeps: Sequence[str]) -> list[dict[str, Any]]:
-    """Every combination of the values that texts like "occlusion.smooth_px=0,3" name; one without changes for none.
+    """Return every combination of the values in texts like "occlusion.smooth_px=0,3"; one empty variant without texts.
 
-    Raises InputError for a text of another form.
+    Raises:
+        InputError: a text has another form.
     """
     parsed = dict(_parsed(sweep) for sweep in sweeps)
     return [dict(zip(parsed, values)) for values in product(*parsed.values())]
 
 
 def varied(conditions: Conditions, variant: Settings) -> Conditions:
-    """The conditions with what a variant changes. Raises UnknownNameError for a field that there is not."""
+    """Return the conditions with the changes of a variant. Raises UnknownNameError for an unknown field."""
     names = [f.name for f in fields(Conditions) if f.name != "settings"]
     settings = {k: v for k, v in variant.items() if "." in k}
     changes = {k: v for k, v in variant.items() if "." not in k}
@@ -34,8 +35,9 @@ def varied(conditions: Conditions, variant: Settings) -> Conditions:
 
 
 def plain_value(text: str) -> Any:
-    """What a text means as YAML: a number, true, null, a list in brackets; else the text itself. Digits after a 0, as
-    in serial numbers, are text: YAML would read them as octal.
+    """Read a text as YAML: a number, true, null, a list in brackets; otherwise return it unchanged.
+
+    Digits after a 0, as in serial numbers, stay text: YAML would read them as octal.
     """
     if re.fullmatch(r"0[0-9_]+", text):
         return text

@@ -1,1 +1,1 @@
-"""Conformance suites for parts of one's own and the synthetic scenes that they use."""
+"""Conformance suites for user-defined parts, and the synthetic scenes that they use."""

@@ -1,4 +1,4 @@
-"""What every camera must do, as checks that the author of one runs on it: `check_camera(my_camera)`."""
+"""Check what every camera must do: `check_camera(my_camera)`."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from torc.testing.conformance import require, trait_faults, unit_faults
 
 
 def check_camera(camera: Camera) -> None:
-    """Takes two snapshots of a scene at rest. Raises NonConformanceError naming what was broken, or PartError."""
+    """Take two snapshots of a scene at rest. Raises NonConformanceError with everything broken, or PartError."""
     found = trait_faults(CAMERAS, camera)
     for observation in (ask_camera(camera), ask_camera(camera)):
         height, width = observation.depth_m.shape

@@ -1,4 +1,4 @@
-"""What the conformance suites have in common."""
+"""Common parts of the conformance suites."""
 
 import difflib
 import pickle
@@ -20,25 +20,25 @@ class NonConformanceError(TorcError, AssertionError):
 
 @dataclass(frozen=True)
 class Case:
-    """A situation that a part must cope with; `build` makes what the part is given."""
+    """A situation that a part must handle; `build` makes the part's input."""
 
     name: str
     build: Callable[[], Any]
 
 
 def require(part: str, broken: Iterable[str]) -> None:
-    """Raises NonConformanceError with everything that was broken, if anything was."""
+    """Raise NonConformanceError with everything that was broken, if anything was."""
     listed = "\n- ".join(dict.fromkeys(broken))
     if listed:
         raise NonConformanceError(f"This {part} does not conform:\n- {listed}")
 
 
 def called_twice(call: Callable[[], Any], given: object, what: str) -> tuple[list[Any], list[str]]:
-    """The results of calling a part twice, and the rules that it broke by that; `what` names what it was given."""
+    """Call a part twice; return the results and the rules that it broke. `what` names its input, `given`."""
     before, drawn = pickle.dumps(given), str(np.random.get_state())
     try:
         results = [call(), call()]
-    except (Exception, SystemExit) as error:  # whatever a user's part raises is the finding
+    except (Exception, SystemExit) as error:  # any exception of a user's part is the finding
         return [], [f"it raised {type(error).__name__}: {error}"]
     found = []
     if pickle.dumps(given) != before:
@@ -49,7 +49,7 @@ def called_twice(call: Callable[[], Any], given: object, what: str) -> tuple[lis
 
 
 def made(make: Callable[..., Any], context: BuildContext) -> Any:
-    """Make a part with what it takes of a context, as the `torc` command does."""
+    """Make a part with what it takes of a context, like the `torc` command."""
     return make(**context.given_to(make))
 
 
@@ -65,7 +65,7 @@ def trait_faults(kind: Kind[Any], part: object) -> list[str]:
 
 
 def unit_faults(depth_m: np.ndarray) -> list[str]:
-    """What is wrong with the readings of a depth image of a table."""
+    """Return what is wrong with the readings of a depth image of a table."""
     good = np.isfinite(depth_m) & (depth_m > 0)
     if not good.any():
         return ["no pixel has a depth"]

@@ -1,4 +1,4 @@
-"""Planning contexts for tests: small scenes whose grasps are stated by hand, and random clutter of any size."""
+"""Planning contexts for tests: small scenes with handmade grasps, and random clutter of any size."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -23,26 +23,26 @@ from torc.workspace.description import CameraMount
 from torc.workspace.workspace_files import load_workspace
 
 _Fate = tuple[int, GraspStatus, tuple[int, ...]]
-"""A grasp: its object, its status, who blocks it."""
+"""A grasp: its object, its status, its blockers."""
 _DOF = 7
 _TABLE_Z_M = 1.05
 _COARSE = VoxelGrid(np.array([0.42, -0.62, _TABLE_Z_M]), 0.02, (30, 51, 21))
 
 
 def small_mount() -> CameraMount:
-    """The torso camera at 320x240: fast, and still sharp enough for objects of household size."""
+    """Return the torso camera at 320x240: fast, and sharp enough for household objects."""
     return replace(load_workspace().camera, width=320, height=240)
 
 
 def box(
     object_id: int, x: float, y: float, size: tuple[float, float, float], on: float = 0.0
 ) -> SyntheticBox:
-    """A box of these edge lengths that stands at (x, y) on the table, or `on` metres above it."""
+    """Return a box of these edge lengths that stands at (x, y) on the table, or `on` metres above it."""
     return SyntheticBox(object_id, (x, y, _TABLE_Z_M + on + size[2] / 2), size)
 
 
 def perceive(shapes: Sequence[Shape], mount: CameraMount | None = None) -> SegmentedScene:
-    """The scene that a camera, by default the small one, perceives of these shapes, labels given."""
+    """Return the scene that a camera, by default the small one, perceives of these shapes, labels given."""
     return LabelPerception().perceive(synthetic_observation(shapes, mount or small_mount()))
 
 
@@ -55,16 +55,21 @@ def make_context(
     history: tuple[PickOutcome, ...] = (),
     picks_left: int = 15,
 ) -> PlanningContext:
-    """What a planner sees of these shapes, with grasps at the objects' centres and the report that agrees with them.
+    """Return a planner's context of these shapes, with grasps at the objects' centres and a report that agrees with
+    them.
 
     The target is the shape with id 0; it is hidden if there is none, or nothing of it is in sight.
 
     Args:
+        shapes: the objects.
         valid: how many valid grasps each object has.
         blocked: per object the blockers of each of its blocked grasps, e.g. {2: [(3,), (3, 4)]}.
         unreachable: how many grasps without inverse kinematics each object has.
+        history: outcomes of earlier picks.
+        picks_left: attempts left.
 
-    Raises InputError for grasps of objects that are not visible.
+    Raises:
+        InputError: for grasps of objects that are not visible.
     """
     fates: list[_Fate] = [(k, GraspStatus.VALID, ()) for k, n in (valid or {}).items() for _ in range(n)]
     fates += [(k, GraspStatus.BLOCKED, tuple(by)) for k, grasps in (blocked or {}).items() for by in grasps]
@@ -73,13 +78,16 @@ def make_context(
 
 
 def open_context() -> PlanningContext:
-    """The target stands free and is graspable, beside another object."""
+    """Return a scene in which the target stands free and is graspable, beside another object."""
     shapes = (box(0, 0.62, 0.0, (0.05, 0.05, 0.10)), box(1, 0.62, -0.2, (0.05, 0.05, 0.12)))
     return make_context(shapes, valid={0: 3, 1: 2})
 
 
 def behind_context() -> PlanningContext:
-    """The target 0 peeks out behind 1, which blocks its grasps; 2 stands apart. 1 and 2 are graspable."""
+    """Return a scene in which the target 0 peeks out behind 1, which blocks its grasps; 2 stands apart.
+
+    1 and 2 are graspable.
+    """
     shapes = (
         box(0, 0.72, -0.1, (0.06, 0.06, 0.20)),
         box(1, 0.60, -0.1, (0.06, 0.08, 0.12)),
@@ -89,38 +97,40 @@ def behind_context() -> PlanningContext:
 
 
 def stacked_context() -> PlanningContext:
-    """1 lies on the target 0; both are graspable."""
+    """Return a scene in which 1 lies on the target 0; both are graspable."""
     shapes = (box(0, 0.65, -0.1, (0.14, 0.14, 0.06)), box(1, 0.66, -0.1, (0.06, 0.06, 0.06), on=0.06))
     return make_context(shapes, valid={0: 1, 1: 2})
 
 
 def hidden_context() -> PlanningContext:
-    """No target in sight; a large box 1 and a small one 2, both graspable."""
+    """Return a scene without a target in sight; a large box 1 and a small one 2, both graspable."""
     shapes = (box(1, 0.60, -0.2, (0.06, 0.20, 0.20)), box(2, 0.60, 0.1, (0.04, 0.04, 0.05)))
     return make_context(shapes, valid={1: 1, 2: 3})
 
 
 def single_context() -> PlanningContext:
-    """One object, graspable, not the target."""
+    """Return a scene with one object, graspable, not the target."""
     return make_context((box(1, 0.62, -0.1, (0.06, 0.06, 0.12)),), valid={1: 2})
 
 
 def nothing_graspable_context() -> PlanningContext:
-    """Two objects in sight, the target among them, and no valid grasp."""
+    """Return a scene with two objects in sight, the target among them, and no valid grasp."""
     shapes = (box(0, 0.72, -0.1, (0.06, 0.06, 0.20)), box(1, 0.60, -0.1, (0.06, 0.08, 0.12)))
     return make_context(shapes, blocked={0: [(1,)]}, unreachable={1: 2})
 
 
 def empty_context() -> PlanningContext:
-    """Nothing in sight at all."""
+    """Return a scene with nothing in sight."""
     return make_context(())
 
 
 def cluttered_context(
     objects: int, seed: int, mount: CameraMount | None = None, hidden_target: bool = False
 ) -> PlanningContext:
-    """Random clutter with plausible grasps: an object with others between it and the camera has mostly blocked
-    ones, the more of them the nearer they are. With `hidden_target` the target's shape is taken out."""
+    """Return random clutter with plausible grasps; `hidden_target` removes the target's shape.
+
+    Objects with others between them and the camera have mostly blocked grasps, the more the nearer the others are.
+    """
     rng = np.random.default_rng(seed)
     shapes = random_clutter(rng, objects)
     scene = perceive([s for s in shapes if not (hidden_target and s.id == TARGET_ID)], mount)
@@ -139,7 +149,7 @@ def cluttered_context(
 
 
 def _in_the_way(other: np.ndarray, center: np.ndarray, camera: np.ndarray) -> bool:
-    """Whether the other one is nearer to the camera, and within 8 cm of the line of sight seen from above."""
+    """True if the other one is nearer to the camera, and within 8 cm of the line of sight seen from above."""
     sight = (center - camera)[:2] / np.linalg.norm((center - camera)[:2])
     offset = (other - center)[:2]
     along, across = offset @ sight, abs(offset[0] * sight[1] - offset[1] * sight[0])

@@ -1,4 +1,4 @@
-"""What every depth must do, as checks that the author of one runs on it: `check_depth(MyDepth)`."""
+"""Check what every depth must do: `check_depth(MyDepth)`."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -18,7 +18,7 @@ from torc.workspace.workspace_files import load_workspace
 
 
 def check_depth(make: Callable[..., Depth]) -> None:
-    """Measures a snapshot of two boxes twice, with `workspace` if the class takes it. Raises NonConformanceError."""
+    """Measure a snapshot of two boxes twice, with `workspace` if the class takes it. Raises NonConformanceError."""
     shapes = (box(0, 0.72, -0.1, (0.06, 0.06, 0.2)), box(1, 0.60, -0.1, (0.06, 0.08, 0.12)))
     given = synthetic_observation(shapes, small_mount())
     given = replace(given, pair=made_up_pair(given.depth_m, float(given.K[0, 0])))

@@ -1,8 +1,8 @@
-"""What every grasp planner must do: `check_case(MyGraspPlanner, case)` for each of CASES, or all at once with
+"""Check what every grasp planner must do: `check_case(MyGraspPlanner, case)` for each of CASES, or all at once with
 `check_grasp_planner(MyGraspPlanner)`.
 
 Both raise NonConformanceError, which lists what was broken. The class is made as `torc run --grasps` makes it: with
-`gripper` and `support_z_m`, if it has parameters of these names. How good the grasps are is not judged here.
+`gripper` and `support_z_m`, if it has parameters of these names. The quality of the grasps is not judged here.
 """
 
 import pickle
@@ -35,12 +35,12 @@ CASES: tuple[Case, ...] = (
 
 
 def check_grasp_planner(make: Callable[..., GraspPlanner], cases: tuple[Case, ...] = CASES) -> None:
-    """Runs all cases with fresh planners. Raises NonConformanceError with everything that was broken."""
+    """Run all cases with fresh planners. Raises NonConformanceError with everything that was broken."""
     require("grasp planner", [f"{case.name}: {text}" for case in cases for text in _violations(make, case)])
 
 
 def check_case(make: Callable[..., GraspPlanner], case: Case) -> None:
-    """Runs one case. Raises NonConformanceError with everything that was broken."""
+    """Run one case. Raises NonConformanceError with everything that was broken."""
     check_grasp_planner(make, (case,))
 
 

@@ -1,7 +1,7 @@
-"""What every motion planner must do, as checks that the author of one runs on it: `check_motion_planner(MyPlanner)`.
+"""Check what every motion planner must do: `check_motion_planner(MyPlanner)`.
 
 The class is made as `torc run --motion` makes it: with `robot` and `workspace`, if it has parameters of these names. A
-NonConformanceError lists what was broken. Collisions are not looked for here; `benchmarks/motion_safety.py` does that.
+NonConformanceError lists what was broken. Collisions are not checked here; `benchmarks/motion_safety.py` does that.
 """
 
 import pickle
@@ -37,7 +37,7 @@ def _system() -> System:
 
 @cache
 def requests() -> tuple[PickRequest, ...]:
-    """A request per object that the shipped robot can grasp, in a small scene."""
+    """Return a request per object that the shipped robot can grasp, in a small scene."""
     system = _system()
     observation = synthetic_observation(_SHAPES, system.workspace.camera)
     look = system.pipeline.look(
@@ -48,7 +48,7 @@ def requests() -> tuple[PickRequest, ...]:
 
 
 def check_motion_planner(make: Callable[..., MotionPlanner]) -> None:
-    """Plans all requests with fresh planners. Raises NonConformanceError with everything that was broken."""
+    """Plan all requests with fresh planners. Raises NonConformanceError with everything that was broken."""
     part = made(make, BuildContext(robot=_system().robot, workspace=_system().workspace))
     broken = [f"object {r.object_id}: {text}" for r in requests() for text in _violations(make, r)]
     require("motion planner", [*trait_faults(MOTION_PLANNERS, part), *broken])

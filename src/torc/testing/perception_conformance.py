@@ -1,4 +1,4 @@
-"""What every perception must do: `check_perception(MyPerception)`. How well it finds objects is not judged."""
+"""Check what every perception must do: `check_perception(MyPerception)`. How well it finds objects is not judged."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -22,13 +22,13 @@ _CASES: dict[str, tuple[Shape, ...]] = {
 
 
 def check_perception(make: Callable[[], Perception]) -> None:
-    """Runs all cases with fresh perceptions. Raises NonConformanceError with everything that was broken."""
+    """Run all cases with fresh perceptions. Raises NonConformanceError with everything that was broken."""
     broken = [f"{name}: {text}" for name, shapes in _CASES.items() for text in _violations(make, shapes)]
     require("perception", broken)
 
 
 def _violations(make: Callable[[], Perception], shapes: tuple[Shape, ...]) -> list[str]:
-    """The rules that a perception breaks in an episode of two looks, the second without the first object."""
+    """Return the rules that a perception breaks in an episode of two looks, the second without the first object."""
     perception = make()
     if faults := trait_faults(PERCEPTIONS, perception):
         return faults
@@ -42,7 +42,7 @@ def _violations(make: Callable[[], Perception], shapes: tuple[Shape, ...]) -> li
 def _look(
     perception: Perception, shapes: tuple[Shape, ...], before: SegmentedScene | None
 ) -> tuple[SegmentedScene | None, list[str]]:
-    """The scene, None if it is of no use, and the rules that were broken."""
+    """Return the scene, None if it is unusable, and the rules that were broken."""
     observation = synthetic_observation(shapes)
     if not PERCEPTIONS.traits(perception).needs_labels:  # hidden from it in trials, too
         observation = replace(observation, label_image=None)
@@ -65,7 +65,7 @@ def _alike(a: SegmentedScene, b: SegmentedScene) -> bool:
 
 
 def _id_faults(scene: SegmentedScene, before: SegmentedScene) -> list[str]:
-    """Objects that stayed where they were and have another id now."""
+    """Return the objects that did not move but have another id now."""
     there = {o.id: o.points.mean(axis=0) for o in before.objects}
     faults = []
     for o in scene.objects:

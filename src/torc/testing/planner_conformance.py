@@ -1,4 +1,4 @@
-"""What every task planner must do: `check_case(MyPlanner, case)` for each of CASES, or all at once with
+"""Check what every task planner must do: `check_case(MyPlanner, case)` for each of CASES, or all at once with
 `check_planner(MyPlanner)`. Both raise NonConformanceError, which lists what was broken.
 """
 
@@ -30,7 +30,7 @@ CASES: tuple[Case, ...] = (
 def check_planner(
     make: Callable[[], TaskPlanner], cases: tuple[Case, ...] = CASES, seeds: tuple[int, ...] = (0, 1)
 ) -> None:
-    """Runs all cases with fresh planners. Raises NonConformanceError with everything that was broken."""
+    """Run all cases with fresh planners. Raises NonConformanceError with everything that was broken."""
     require(
         "planner",
         [f"{c.name}: {text}" for c in cases for seed in seeds for text in _violations(make, c, seed)],
@@ -38,7 +38,7 @@ def check_planner(
 
 
 def check_case(make: Callable[[], TaskPlanner], case: Case, seed: int = 0) -> None:
-    """Runs one case. Raises NonConformanceError with everything that was broken."""
+    """Run one case. Raises NonConformanceError with everything that was broken."""
     check_planner(make, (case,), (seed,))
 
 

@@ -65,13 +65,13 @@ class Raycast:
 
 
 def shape_pose(shape: Shape) -> Float[np.ndarray, "4 4"]:
-    """Pose of the shape's own frame (origin at its centre)."""
+    """Return the pose of the shape's own frame (origin at its centre)."""
     R = np.eye(3) if isinstance(shape, SyntheticSphere) else rotation_from_wxyz(shape.wxyz)
     return make_pose(R, shape.center)
 
 
 def half_sizes(shape: Shape) -> tuple[float, float, float]:
-    """Half extents along the shape's own axes."""
+    """Return the half extents along the shape's own axes."""
     if isinstance(shape, SyntheticBox):
         x, y, z = shape.size
         return (x / 2, y / 2, z / 2)
@@ -81,7 +81,7 @@ def half_sizes(shape: Shape) -> tuple[float, float, float]:
 
 
 def inside(shape: Shape, points: Float[np.ndarray, "*n 3"], margin_m: float = 0.0) -> Bool[np.ndarray, "*n"]:
-    """Whether world points lie in the shape, grown by a margin (shrunk where it is negative)."""
+    """Return, per world point, whether it lies in the shape, grown by a margin (shrunk if negative)."""
     T = shape_pose(shape)
     p = (points - T[:3, 3]) @ T[:3, :3]
     half = np.asarray(half_sizes(shape)) + margin_m
@@ -95,8 +95,9 @@ def inside(shape: Shape, points: Float[np.ndarray, "*n 3"], margin_m: float = 0.
 def raycast(
     shapes: Sequence[Shape], mount: CameraMount | None = None, support_z_m: float | None = None
 ) -> Raycast:
-    """Image of the shapes on the workspace's table, its top at `support_z_m` if given, in a room with its floor at
-    z = 0 and a far wall at x = 6 m, so that every pixel has a reading. Raises InputError for a shape without volume.
+    """Return an image of the shapes on the workspace's table, with its top at `support_z_m` if given.
+
+    A floor at z = 0 and a far wall at x = 6 m give every pixel a reading. Raises InputError for a shape without volume.
     """
     workspace = load_workspace()
     mount = mount or workspace.camera
@@ -119,7 +120,7 @@ def raycast(
 
 @lru_cache(maxsize=8)
 def _room(view: tuple[bytes, int, int, float], support_z_m: float) -> Raycast:
-    """The same without shapes, by what makes a mount."""
+    """Return the image without shapes, cached by what makes a mount."""
     pose, width, height, vertical_fov_rad = view
     mount = CameraMount(np.frombuffer(pose).reshape(4, 4), width, height, vertical_fov_rad)
     (x, y, _), size = load_workspace().table.center, load_workspace().table.size
@@ -134,7 +135,7 @@ def _room(view: tuple[bytes, int, int, float], support_z_m: float) -> Raycast:
 def _cast(
     shapes: Sequence[Shape], mount: CameraMount, pixels: Bool[np.ndarray, "n"]
 ) -> tuple[Float32[np.ndarray, "m"], Int16[np.ndarray, "m"], Float32[np.ndarray, "m 3"]]:
-    """Depth, id and normal at the pixels that are marked, row by row."""
+    """Return depth, id and normal at the marked pixels, row by row."""
     world = mujoco.MjSpec()
     for shape in shapes:
         _add_geom(world, shape)
@@ -148,7 +149,7 @@ def _cast(
 
 
 def _around(shape: Shape, mount: CameraMount) -> tuple[slice, slice]:
-    """Rows and columns of a rectangle around the image of a shape; all of them where it reaches behind the camera."""
+    """Return rows and columns of a rectangle around the image of a shape; all if it reaches behind the camera."""
     half = np.array(half_sizes(shape))
     T = shape_pose(shape)
     corners = np.array(list(product(*zip(-half, half)))) @ T[:3, :3].T + T[:3, 3]
@@ -165,7 +166,7 @@ def synthetic_observation(
     support_z_m: float | None = None,
     stamp_s: float = 0.0,
 ) -> Observation:
-    """What the workspace's camera, or another, sees of the shapes: exact depth and labels, shaded colours."""
+    """Return what a camera, by default the workspace's, sees of the shapes: exact depth and labels, shaded colours."""
     mount = mount or load_workspace().camera
     image = raycast(shapes, mount, support_z_m)
     return Observation(
@@ -180,10 +181,10 @@ def synthetic_observation(
 
 
 def random_clutter(rng: np.random.Generator, n: int) -> tuple[Shape, ...]:
-    """n shapes with ids 0..n-1 standing in the clutter region, some on top of others; none overlap.
+    """Return n shapes with ids 0..n-1 standing in the clutter region, some on top of others; none overlap.
 
-    Upright boxes (any yaw), upright cylinders and balls of household size. When the region
-    (x .50-.80, y -.35-.12) is full, further shapes are stacked on flat tops, then the region grows.
+    Upright boxes (any yaw), upright cylinders and balls of household size. When the region (x .50-.80, y -.35-.12) is
+    full, further shapes are stacked on flat tops, then the region grows.
     """
     z = load_workspace().support_z_m
     shapes: list[Shape] = []
@@ -209,7 +210,7 @@ def _add_geom(world: Any, shape: Shape) -> None:
 
 
 def _shade(image: Raycast, T_world_camera: Float[np.ndarray, "4 4"]) -> UInt8[np.ndarray, "h w 3"]:
-    """Lambert's shading under a light at the camera; hue by the golden angle of the id."""
+    """Shade (Lambert) under a light at the camera; hue by the golden angle of the id."""
     light = np.abs(image.normals @ (-T_world_camera[:3, 2]))
     hue = (np.arange(MAX_OBJECTS) * 0.381966) % 1.0
     k = np.array([0.0, 2 / 3, 1 / 3])
@@ -221,7 +222,7 @@ def _shade(image: Raycast, T_world_camera: Float[np.ndarray, "4 4"]) -> UInt8[np
 
 
 def _random_shape(rng: np.random.Generator, object_id: int) -> Shape:
-    """A shape at the origin."""
+    """Draw a shape at the origin."""
     kind = rng.choice(3, p=[0.5, 0.4, 0.1])
     if kind == 0:
         yaw = rng.uniform(-np.pi, np.pi)
@@ -235,7 +236,7 @@ def _random_shape(rng: np.random.Generator, object_id: int) -> Shape:
 
 
 def _moved(shape: Shape, x: float, y: float, bottom_z: float) -> Shape:
-    """The shape with its centre over (x, y) and its bottom at a height."""
+    """Return the shape with its centre over (x, y) and its bottom at a height."""
     center = (float(x), float(y), float(bottom_z + half_sizes(shape)[2]))
     return replace(shape, center=center)
 
@@ -243,7 +244,7 @@ def _moved(shape: Shape, x: float, y: float, bottom_z: float) -> Shape:
 def _stacked(
     shape: Shape, free_tops: list[Shape], others: Sequence[Shape], rng: np.random.Generator
 ) -> Shape | None:
-    """The shape on a flat top (which is then taken), or None if it would reach into the base's neighbours."""
+    """Put the shape on a flat top (which is then taken); None if it would reach into the base's neighbours."""
     if not free_tops:
         return None
     base = free_tops.pop(int(rng.integers(len(free_tops))))
@@ -253,7 +254,7 @@ def _stacked(
 
 
 def _placed(shape: Shape, others: Sequence[Shape], support_z_m: float, rng: np.random.Generator) -> Shape:
-    """The shape on the table at a free place; the region grows a little with every failed draw."""
+    """Put the shape on the table at a free place; the region grows a little with every failed draw."""
     for draws in count():
         grow = 0.0005 * max(0, draws - 200)
         x = rng.uniform(0.50 - grow / 4, 0.80 + grow / 2)
@@ -264,11 +265,11 @@ def _placed(shape: Shape, others: Sequence[Shape], support_z_m: float, rng: np.r
 
 
 def _fits(shape: Shape, x: float, y: float, others: Sequence[Shape]) -> bool:
-    """Whether it meets none of the others there, seen from above."""
+    """True if it meets none of the others there, seen from above."""
     return all(np.hypot(x - o.center[0], y - o.center[1]) > _footprint(shape) + _footprint(o) for o in others)
 
 
 def _footprint(shape: Shape) -> float:
-    """Radius of the circle around the shape seen from above."""
+    """Return the radius of the circle around the shape seen from above."""
     half = half_sizes(shape)
     return float(np.hypot(half[0], half[1])) if isinstance(shape, SyntheticBox) else half[0]

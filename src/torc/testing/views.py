@@ -1,4 +1,4 @@
-"""One snapshot of analytic shapes with all that is made of it."""
+"""One snapshot of analytic shapes with everything made from it."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -16,10 +16,10 @@ from torc.workspace.workspace_files import load_workspace
 
 @dataclass(frozen=True)
 class View:
-    """What the fixed camera makes of shapes on the table.
+    """What the fixed camera sees of shapes on the table.
 
     Attributes:
-        shapes: what is there.
+        shapes: the true shapes.
         workspace: table, bin, camera and grid.
         scene: as perceived, masks given.
         volume: after this one snapshot.
@@ -32,12 +32,12 @@ class View:
 
     @cached_property
     def world(self) -> CollisionWorld:
-        """What not to touch."""
+        """The obstacles."""
         return build_collision_world(self.volume, self.workspace)
 
 
 def view_of(*shapes: Shape, workspace: Workspace | None = None) -> View:
-    """One snapshot of shapes."""
+    """Take one snapshot of shapes."""
     workspace = load_workspace() if workspace is None else workspace
     scene = LabelPerception().perceive(synthetic_observation(shapes, workspace.camera))
     volume = update_volume(empty_volume(workspace.grid), scene, FIXED_CAMERA)
@@ -45,5 +45,5 @@ def view_of(*shapes: Shape, workspace: Workspace | None = None) -> View:
 
 
 def view_of_clutter(seed: int, n: int, workspace: Workspace | None = None) -> View:
-    """One snapshot of n random shapes, some on top of others."""
+    """Take one snapshot of n random shapes, some on top of others."""
     return view_of(*random_clutter(np.random.default_rng(seed), n), workspace=workspace)

@@ -1,7 +1,7 @@
-"""What every VLM client must do, whatever it asks and however: `check_case(MyClient, case)` for each of CASES,
-or all at once with `check_client(MyClient)`. Both raise NonConformanceError, which lists what was broken.
+"""Check what every VLM client must do, whatever it asks: `check_case(MyClient, case)` for each of CASES, or all at once
+with `check_client(MyClient)`. Both raise NonConformanceError, which lists what was broken.
 
-The questions are those that the shipped planners ask, so a client of a live model needs that model, or a stand-in.
+The questions are those of the shipped planners, so a client of a live model needs that model, or a stand-in.
 """
 
 from collections.abc import Callable
@@ -24,7 +24,7 @@ _HIDDEN = "It is not in sight: nothing in the picture carries the number 0."
 
 
 def sample_png() -> bytes:
-    """A small picture."""
+    """Return a small picture."""
     image = np.random.default_rng(1).integers(0, 255, (48, 64, 3)).astype(np.uint8)
     return cv2.imencode(".png", image)[1].tobytes()
 
@@ -38,7 +38,7 @@ def _case(name: str, prompt: str, state: str = "It is in sight.", **values: obje
 
 
 def _full_question() -> Question:
-    """With all that a question can have."""
+    """Return a question with every field set."""
     example = Example("1 is the target. What first?", '{"thoughts": "Free.", "plan": []}')
     prompt = f"{_FACTS}\nWhat first?"
     return Question(prompt, (sample_png(), sample_png()), PLAN_SCHEMA, 3, "Be brief.", (example,))
@@ -54,12 +54,12 @@ CASES: tuple[Case, ...] = (
 
 
 def check_client(make: Callable[[], VlmClient], cases: tuple[Case, ...] = CASES) -> None:
-    """Runs all cases with fresh clients. Raises NonConformanceError with everything that was broken."""
+    """Run all cases with fresh clients. Raises NonConformanceError with everything that was broken."""
     require("client", [f"{c.name}: {text}" for c in cases for text in _violations(make, c)])
 
 
 def check_case(make: Callable[[], VlmClient], case: Case) -> None:
-    """Runs one case. Raises NonConformanceError with everything that was broken."""
+    """Run one case. Raises NonConformanceError with everything that was broken."""
     check_client(make, (case,))
 
 
@@ -72,10 +72,10 @@ def _violations(make: Callable[[], VlmClient], case: Case) -> list[str]:
     def ask() -> Reply | None:
         try:
             return client.ask(question)
-        except VlmError:  # no fault of the client's
+        except VlmError:  # not the client's fault
             return None
 
-    # Twice: a client is asked many times, and one that was closed by its first answer is of no use.
+    # Twice: a client is asked many times, and one that its first answer closes is useless.
     replies, found = called_twice(ask, question, "the question")
     if not replies:
         found.append("a model that gives no reply is a torc.vlm.failures.VlmError")

@@ -1,6 +1,6 @@
-"""From a model's reply to what it may mean: an object that was offered, or corrections that the rules allow.
+"""Read a model's reply: an object that was offered, or corrections that the rules allow.
 
-Whatever a reply holds (a misled model, a line of text on an object in the picture), nothing else passes here.
+Nothing else passes, whatever the reply holds (a misled model, text on an object in the picture).
 """
 
 from collections.abc import Callable, Collection, Sequence
@@ -13,14 +13,14 @@ from torc.vlm.protocol import Finish, Reply
 
 ACTIONS = ("remove", "pick")
 _CHOICE_KEYS = ("object", "object_id", "number", "answer", "choice")
-"""Names under which models give an object instead of a plan."""
+"""Names under which models give a single object instead of a plan."""
 _FENCE = "```json"
 _MAX_QUOTED = 40
 _KINDS = EdgeKind.BEHIND, EdgeKind.BELOW
 
 
 def _schema(name: str, entry: dict[str, Any]) -> dict[str, Any]:
-    """JSON schema of thoughts and then an array; strict modes want all names required and no others."""
+    """Return the JSON schema of thoughts followed by an array. Strict modes require every name, and no others."""
     items = {"type": "object", "properties": entry, "required": [*entry], "additionalProperties": False}
     fields = {"thoughts": {"type": "string"}, name: {"type": "array", "items": items}}
     return {"type": "object", "properties": fields, "required": [*fields], "additionalProperties": False}
@@ -38,15 +38,19 @@ RELATIONS_SCHEMA = _schema(
 
 @dataclass(frozen=True)
 class Useless:
-    """A reply that names nothing one can do; the chooser is asked again."""
+    """A reply that names nothing that can be done; the model is asked again."""
 
     reason: str
 
 
 @dataclass(frozen=True)
 class Corrected:
-    """Candidate relations after a model's corrections, in the candidates' order; the corrections that were made, in
-    words; and the entries that the rules do not allow, with the reason.
+    """Candidate relations after a model's corrections.
+
+    Attributes:
+        relations: the relations, in the candidates' order.
+        changes: the corrections that were made, in words.
+        refused: entries that the rules do not allow, with the reason.
     """
 
     relations: tuple[DependencyEdge, ...]
@@ -55,9 +59,10 @@ class Corrected:
 
 
 def read_first_pick(reply: Reply, offered: Collection[int]) -> int | Useless:
-    """The object that the first action of a planned sequence names (paper: Approach 1), if it is among those offered.
-    The sequence is an array of {"action": "remove" or "pick", "input": id}, alone or under "plan". A reply that is
-    nothing but one object, e.g. "object_6", [6] or {"object": 6}, names that.
+    """Return the object that the first action of a planned sequence names (paper: Approach 1), if it was offered.
+
+    The sequence is an array of {"action": "remove" or "pick", "input": id}, alone or under "plan". A reply that is a
+    single object, e.g. "object_6", [6] or {"object": 6}, names that object.
     """
     named = _first_named(reply)
     if isinstance(named, Useless):
@@ -71,7 +76,7 @@ def read_first_pick(reply: Reply, offered: Collection[int]) -> int | Useless:
 
 
 def _first_named(reply: Reply) -> Any:
-    """What the first action names, or the reply itself if that is nothing but one object; Useless if neither is so."""
+    """Return what the first action names, or the reply itself if it is a single object; Useless otherwise."""
     if reply.finish is Finish.COMPLETE and (alone := _lone_choice(reply)) is not None:
         return alone
     items = _items(reply, "plan")
@@ -92,7 +97,7 @@ def _first_named(reply: Reply) -> Any:
 
 
 def _lone_choice(reply: Reply) -> Any:
-    """The one object of a reply that has no plan; None if there is none, or several."""
+    """Return the single object of a reply without a plan; None if it names none or several."""
     if reply.answer is None:
         return number_in_text(reply.text.strip().removeprefix(_FENCE).strip())
     if not isinstance(reply.answer, dict) or not {"plan", "action", "relations"}.isdisjoint(reply.answer):
@@ -104,11 +109,15 @@ def _lone_choice(reply: Reply) -> Any:
 def read_corrections(
     reply: Reply, candidates: Sequence[DependencyEdge], called: Callable[[int], str] = str
 ) -> Corrected | Useless:
-    """Candidate 'behind' pairs with a model's corrections, as far as the rules allow them (paper: Approach 3).
+    """Apply a model's corrections to the candidate 'behind' pairs, as far as the rules allow (paper: Approach 3).
 
-    It may leave a pair out, or turn "behind" into "below", in either direction; it may add no pair, and turn none round
-    that stays "behind". A pair with a refused entry alone stays as it was; the first of several entries on a pair
-    counts. `called` names an object by its id in what is said of the changes.
+    The model may drop a pair, or turn "behind" into "below" in either direction. It may not add a pair, nor reverse one
+    that stays "behind". A pair whose only entry is refused is unchanged. Of several entries on a pair the first counts.
+
+    Args:
+        reply: the model's reply.
+        candidates: the pairs that it was given.
+        called: names an object by its id, for the list of changes.
     """
 
     def words(relation: DependencyEdge) -> str:
@@ -136,7 +145,7 @@ def read_corrections(
             fault = "a pair may be turned round only when it becomes 'below'"
         else:
             fault = ""
-            # The depths, which are the candidate's evidence, have nothing to say on a corrected relation.
+            # The candidate's evidence, its depths, does not apply to a corrected relation.
             changed = replace(relation, evidence={"corrected_from": words(before)})
             stated[pair] = before if _same(before, relation) else changed
         if fault:
@@ -158,7 +167,7 @@ def read_corrections(
 
 
 def _items(reply: Reply, key: str) -> list[Any] | Useless:
-    """The answer's array, alone or under its key; why not, if there is none."""
+    """Return the answer's array, alone or under its key; Useless with the reason if there is none."""
     if reply.finish is not Finish.COMPLETE:
         return Useless(f"The reply is {reply.finish.value}.")
     answer = reply.answer
@@ -187,7 +196,7 @@ def _same(a: DependencyEdge, b: DependencyEdge) -> bool:
 
 
 def _quoted(value: Any) -> str:
-    """A piece of a reply, short and harmless in a log."""
+    """Quote a piece of a reply, short and safe for a log."""
     try:
         text = ascii(value)
     except RecursionError:

@@ -1,4 +1,4 @@
-"""Asks a model about a scene until an answer is of use, at most three times (the authors' rule)."""
+"""Ask a model about a scene until its answer is usable, at most three times (the authors' rule)."""
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
@@ -32,15 +32,20 @@ FIELDS = (
     "objects",
     "pictures",
 )
-"""What every planner fills in a prompt; `prompt_values` tells with what."""
+"""Fields of a prompt that every planner fills, by `prompt_values`."""
 _SEEDS = 2**31
 _MAX_NAME = 60
 
 
 @dataclass(frozen=True)
 class Form:
-    """What a planner asks: its name, with which the names of its shipped prompts begin; the $fields that a prompt of
-    somebody's needs, and those that it may have beside FIELDS; the JSON schema of the answer.
+    """What a planner asks.
+
+    Attributes:
+        planner: its name, with which the names of its shipped prompts begin.
+        needed: the $fields that a user-defined prompt must have.
+        own: further $fields that it may have, beside FIELDS.
+        schema: JSON schema of the answer.
     """
 
     planner: str
@@ -50,8 +55,10 @@ class Form:
 
 
 class Asker:
-    """Asks a model a planner's question about scene after scene. Raises InputError where there is no model, since a
-    planner that asks one was named without, or if the prompt does not fit the planner.
+    """Asks a model a planner's question about scene after scene.
+
+    Raises:
+        InputError: the planner was named without a model, or the prompt does not fit the planner.
     """
 
     def __init__(self, client: VlmClient | None, form: Form, asking: Asking | None) -> None:
@@ -67,7 +74,7 @@ class Asker:
 
     @property
     def questions(self) -> int:
-        """Version of the questions: what they say, and how the pictures are drawn."""
+        """Version of the questions: their words, and how the pictures are drawn."""
         return self._asking.questions
 
     def consult(
@@ -77,11 +84,19 @@ class Asker:
         read: Callable[[Reply], Answer | Useless],
         rng: np.random.Generator,
     ) -> tuple[Answer | Useless, str, Decision]:
-        """Ask about a scene, with these values for the planner's own fields; ask the same again while `read` finds the
-        reply useless. Each asking draws its repetition from rng, so that another seed or pick asks anew. Raises
-        VlmError if the server gives no reply.
+        """Ask about a scene, and repeat the question while `read` finds the reply useless.
 
-        Returns the answer, the model that gave it, and an empty Decision that carries the transcript.
+        Args:
+            context: the scene.
+            values: values of the planner's own fields.
+            read: returns the answer in a reply, or Useless.
+            rng: draws the repetition of each question, so that another seed or pick asks anew.
+
+        Returns:
+            The answer, the model that gave it, and an empty Decision that carries the transcript.
+
+        Raises:
+            VlmError: the server gives no reply.
         """
         filled = prompt_values(context, self._asking.picture) | dict(values)
         system, question = self._prompt.filled(self._asking.structured, **filled)
@@ -96,7 +111,7 @@ class Asker:
             asked = Question(question, images, self._form.schema, repeat, system, self._prompt.examples)
             reply = ask_client(self._client, asked)
             answer = read(reply)
-            # As its server tells it, short and harmless in a sentence.
+            # As the server reports it, short and safe in a sentence.
             model = "".join(c for c in reply.model_version if c.isprintable())[:_MAX_NAME]
             exchanges.append(Exchange(question, reply.text))
             useless = answer.reason if isinstance(answer, Useless) else None
@@ -131,7 +146,7 @@ class Asker:
 
 
 def prompt_values(context: PlanningContext, picture: PictureConfig) -> dict[str, object]:
-    """Values of FIELDS for a scene."""
+    """Return the values of FIELDS for a scene."""
     return {
         "target": TARGET_ID,
         "target_state": target_state(context.scene.target_id is not None),
@@ -146,29 +161,25 @@ def prompt_values(context: PlanningContext, picture: PictureConfig) -> dict[str,
 
 
 def target_state(visible: bool) -> str:
-    """Whether the target is in sight, as prompts say it."""
+    """Return the sentence in which prompts say whether the target is in sight."""
     if visible:
         return "It is in sight."
     return f"It is not in sight: nothing in the picture carries the number {TARGET_ID}."
 
 
 def filled_prompt(name: str, target_visible: bool, **values: object) -> str:
-    """The shipped prompt of that name, asking for free text, for a scene whose target is in sight, or not; `values`
-    fills what else it asks for.
-    """
+    """Return a shipped prompt that asks for free text; `values` fills the fields other than the target's."""
     return fill_prompt(name, target=TARGET_ID, target_state=target_state(target_visible), **values)
 
 
 def fill_prompt(name: str, **values: object) -> str:
-    """The shipped prompt of that name, asking for free text about the paper's picture, with its other $fields filled.
-    Raises KeyError for one that is left open.
-    """
+    """Fill a shipped prompt that asks for free text about the paper's picture. Raises KeyError for a missing field."""
     _, question = shipped_prompt(name).filled(False, pictures=PictureConfig().sentences, **values)
     return question
 
 
 def _history(context: PlanningContext) -> list[str]:
-    """A line per earlier pick, as the robot felt it."""
+    """Return a line per earlier pick, as the robot felt it."""
     return [
         f"Pick {number}: object {outcome.object_id}, {outcome.result.value}."
         if outcome.object_id >= 0

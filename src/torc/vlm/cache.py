@@ -1,7 +1,7 @@
 """Replies on disk: recorded once, replayed without a key or a network.
 
-A cache is a directory with one JSON file per question: the question, with digests of its images, and the reply. Errors
-of a server are never recorded; refused, cut-off and useless replies are, since they are part of what was measured.
+A cache is a directory with one JSON file per question: the question, with digests of its images, and the reply. Server
+errors are never recorded. Refused, cut-off and useless replies are, because they are part of the measurement.
 """
 
 import hashlib
@@ -26,7 +26,7 @@ _MAX_FILE_BYTES = 4_000_000
 
 
 class CacheMode(StrEnum):
-    """What is done with replies: kept and used again, only those that are kept used, or neither."""
+    """What happens to replies: RECORD keeps and reuses them, REPLAY only reuses those kept, OFF does neither."""
 
     RECORD = "record"
     REPLAY = "replay"
@@ -42,8 +42,10 @@ class CacheConfig:
 
 
 class CachedClient:
-    """A VlmClient that asks another one only for what its cache does not hold; without another one it only replays, and
-    raises InputError if there is no such directory. All of the config that can change a reply is part of a key.
+    """A VlmClient that asks another client only for what its cache does not hold.
+
+    Without another client it only replays, and raises InputError if the directory does not exist. Everything in the
+    config that can change a reply is part of the key.
     """
 
     def __init__(self, config: VlmConfig, directory: Path, client: VlmClient | None = None) -> None:
@@ -52,8 +54,12 @@ class CachedClient:
             raise InputError(f"There is no VLM cache at '{directory}' to replay from.")
 
     def ask(self, question: Question) -> Reply:
-        """The recorded reply, else a new one, which is recorded. Raises VlmError as the other client does, InputError
-        for a missing reply without another client, a damaged file, and a directory that cannot be written.
+        """Return the recorded reply, or ask for a new one and record it.
+
+        Raises:
+            VlmError: the other client raised it.
+            InputError: the reply is missing and there is no other client, a file is damaged, or the directory cannot be
+                written.
         """
         request = request_facts(self.config, question)
         key = cache_key(request)
@@ -68,7 +74,7 @@ class CachedClient:
         reply = ask_client(self._client, question)
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            # Without the answer, which is read from the text again.
+            # Without the answer, which is parsed from the text again.
             facts = to_plain(replace(reply, answer=None, latency_s=round(reply.latency_s, 4)))
             del facts["answer"]
             write_json(path, {"format": FORMAT, "request": request, "reply": facts})
@@ -80,8 +86,9 @@ class CachedClient:
 
 
 def request_facts(config: VlmConfig, question: Question) -> dict[str, Any]:
-    """All that can change a reply, as plain data. Time-outs and retries cannot. What older questions did not have is
-    left out where it is empty, so that their replies are found.
+    """Return everything that can change a reply, as plain data; time-outs and retries cannot.
+
+    Facts that older questions did not have are left out while they are empty, so that old replies are still found.
     """
     facts = {
         "provider": config.provider,
@@ -101,13 +108,13 @@ def request_facts(config: VlmConfig, question: Question) -> dict[str, Any]:
 
 
 def cache_key(request: Mapping[str, Any]) -> str:
-    """SHA-256 of a request's facts; the order of a schema's entries counts, since models write in that order."""
+    """Return the SHA-256 of a request's facts. The order of a schema's entries counts: models write in that order."""
     facts = {k: request[k] for k in sorted(request)}
     return hashlib.sha256(json.dumps(facts, ensure_ascii=True).encode()).hexdigest()
 
 
 def _read(path: Path, request: Mapping[str, Any]) -> Reply:
-    """A recorded reply; caches may come from strangers, so nothing in a file is taken for granted."""
+    """Read a recorded reply. Caches may come from strangers, so everything in the file is checked."""
     try:
         if path.stat().st_size > _MAX_FILE_BYTES:
             raise ValueError("it is too large")

@@ -22,22 +22,27 @@ PROVIDERS = {
 }
 """Vendor -> address of its own service."""
 SIMULATED = "simulated"
-"""The provider of the simulated VLM, which answers from a simulator's truth: no participant in any comparison."""
+"""The provider of the simulated VLM, which answers from the simulator's truth and takes no part in comparisons."""
 DEFAULT_PROFILE = "paper"
-"""What `--vlm simulated` alone stands for."""
+"""The profile that `--vlm simulated` alone means."""
 LEVELS = ("off", "minimal", "low", "medium", "high")
-"""Amounts of thinking in words."""
+"""Named amounts of thinking."""
 QUESTIONS = (2, 3)
 DEFAULT_QUESTIONS = 2
-"""What the published results were asked with."""
+"""The version that the published results used."""
 _MAX_NAME = 200
 _NEAR = 0.82
 
 
 @dataclass(frozen=True)
 class Asking:
-    """How a planner asks: the pictures, a prompt in place of its own, whether the server holds the reply to a JSON
-    schema, so that the prompt need not, and the version of the questions.
+    """How a planner asks.
+
+    Attributes:
+        picture: how scenes are drawn.
+        prompt: a prompt in place of the planner's own.
+        structured: True if the server holds the reply to a JSON schema, so that the prompt need not ask for JSON.
+        questions: version of the questions.
     """
 
     picture: PictureConfig = field(default_factory=PictureConfig)
@@ -48,7 +53,7 @@ class Asking:
 
 @dataclass(frozen=True)
 class VlmConfig:
-    """A model and how it is asked. It holds no key: keys come from the environment alone (`torc.vlm.keys`).
+    """A model and how it is asked. It holds no key: keys come only from the environment (`torc.vlm.keys`).
 
     None leaves a choice to the model.
 
@@ -119,12 +124,12 @@ class VlmConfig:
 
     @property
     def simulated(self) -> bool:
-        """Whether the simulator's truth is asked instead of a model."""
+        """True if the simulator's truth is asked instead of a model."""
         return self.provider == SIMULATED
 
     @property
     def third_party(self) -> bool:
-        """Whether the client is neither a vendor's nor the simulated one: it may need no model's name."""
+        """True if the client is neither a vendor's nor the simulated one; it may need no model name."""
         return self.provider not in (*PROVIDERS, SIMULATED)
 
     @property
@@ -134,41 +139,43 @@ class VlmConfig:
 
     @property
     def text(self) -> str:
-        """As it is written on the command line."""
+        """The model as written on the command line."""
         model = f":{self.model}" if self.model else ""
         return f"{self.provider}{model}" + (f"@{self.base_url}" if self.base_url else "")
 
     @property
     def asking(self) -> "Asking":
-        """What of it planners go by."""
+        """The part of the configuration that planners need."""
         third = self.questions >= 3 and self.picture == PictureConfig()
         picture = PictureConfig(marks="clear") if third else self.picture
         return Asking(picture, self.prompt, self.structured, self.questions)
 
     @property
     def words(self) -> tuple[str, ...]:
-        """What of the pictures and prompts is not torc's own, for labels."""
+        """How pictures and prompts differ from torc's own, for labels."""
         version = () if self.questions == DEFAULT_QUESTIONS else (f"questions {self.questions}",)
         return (*version, *self.picture.words, *(() if self.prompt is None else (self.prompt.words,)))
 
     @property
     def short_name(self) -> str:
-        """For names of directories: a vendor's model alone; else the provider, too."""
+        """Name for directories: the model, preceded by the provider unless that is a vendor."""
         if self.provider in PROVIDERS:
             return self.model
         return "-".join(part for part in (short_part_name(self.provider), self.model) if part)
 
 
 def parse_vlm(text: str) -> tuple[str, str, str | None]:
-    """Provider, model and base URL of "provider:MODEL" or "provider:MODEL@URL"; what is no provider's name is taken as
-    "module:Class". Raises InputError, also for a vendor's model with an "@" that no URL follows.
+    """Split "provider:MODEL" or "provider:MODEL@URL" into provider, model and base URL.
+
+    Any other provider is read as "module:Class". Raises InputError, also for a vendor's model with an "@" that no URL
+    follows.
     """
-    # Model names may hold "@" (a version), so the URL is what follows an "@" before a scheme.
+    # Model names may hold "@" (a version), so the URL starts after an "@" before a scheme.
     name, *address = re.split(r"@(?=https?://)", text, maxsplit=1)
     base_url = address[0] if address else None
     provider, colon, model = name.partition(":")
     if provider in PROVIDERS and base_url is None and "@" in model:
-        # Maybe an address that lacks its scheme: pictures meant for one's own server would go to the vendor.
+        # Maybe an address without its scheme: pictures meant for a private server would go to the vendor.
         before, _, after = name.partition("@")
         raise InputError(
             f"'{name}': what follows an @ must be the address of a server, with http:// or https://. "
@@ -193,7 +200,7 @@ def parse_vlm(text: str) -> tuple[str, str, str | None]:
 
 
 def parse_thinking(text: str | None) -> str | int | None:
-    """ "512" -> 512, anything else as it is."""
+    """Return a number for digits ("512" -> 512), any other text unchanged."""
     return int(text) if text is not None and text.isascii() and text.isdigit() else text
 
 
@@ -206,7 +213,7 @@ def _check_url(url: str) -> None:
     if parts.scheme not in ("http", "https") or not parts.hostname:
         raise InputError(f"'{url}' is no address of a server; write e.g. http://localhost:8000/v1.")
     if parts.username or parts.password or parts.query or parts.fragment:
-        # Not repeated in the message: what is too much may be a key.
+        # Not repeated in the message: the surplus may be a key.
         raise InputError(
             f"The VLM's address at {parts.hostname} must hold no user, password, query or fragment: addresses are "
             "written to logs. A key for it goes into the environment, as TORC_VLM_API_KEY."

@@ -20,9 +20,9 @@ class FailureKind(StrEnum):
 
 
 LASTING = frozenset({FailureKind.AUTH, FailureKind.NOT_FOUND, FailureKind.BAD_REQUEST, FailureKind.PROXY})
-"""What no further try mends."""
+"""Failures that a retry cannot cure."""
 RETRYABLE = frozenset(FailureKind) - LASTING
-"""What may pass by itself."""
+"""Failures that may be temporary."""
 
 REMEDIES = {
     FailureKind.AUTH: "Check the key in the environment; it may belong to another vendor, or lack access to the model "
@@ -59,7 +59,7 @@ class VlmError(TorcError):
 
 
 def kind_of_status(status: int) -> FailureKind:
-    """What an HTTP status means, for all vendors."""
+    """Return the meaning of an HTTP status, for all vendors."""
     if status in _KINDS:
         return _KINDS[status]
     if status >= 500:

@@ -1,4 +1,4 @@
-"""The target by its description: a model is asked which of the numbered objects it is, or none of them."""
+"""Find the target by its description: a model says which of the numbered objects it is, if any."""
 
 from torc.drawing.marking import mark_image
 from torc.errors import InputError
@@ -23,23 +23,27 @@ SCHEMA = {
 
 
 class TargetByText(PerceptionTraits):
-    """A perception that asks a model for the target, while another one finds and tracks the objects. It asks only while
-    the target is not known, and not again as long as the same objects are in sight.
+    """A perception that asks a model for the target, while another one finds and tracks the objects.
+
+    It asks only while the target is unknown, and not again while the same objects are in sight.
     """
 
     def __init__(self, objects: Perception, client: VlmClient) -> None:
-        """objects: finds the objects; what it takes for the target counts."""
+        """Wrap a perception `objects`, which finds the objects; if it recognises a target, that counts."""
         self._objects, self._client = objects, client
         self._refused: frozenset[int] = frozenset()
         self.needs_labels = PERCEPTIONS.traits(objects).needs_labels
         self.exchanges: tuple[Exchange, ...] = ()
-        """All that was asked and answered so far."""
+        """All prompts and replies so far."""
 
     def perceive(
         self, observation: Observation, wanted: Wanted, before: SegmentedScene | None
     ) -> SegmentedScene:
-        """The scene, with the target if the model finds it. Raises VlmError if its server gives no reply, and
-        InputError without a description.
+        """Return the scene, with the target if the model finds it.
+
+        Raises:
+            VlmError: the server gives no reply.
+            InputError: there is no description.
         """
         if not wanted.description.strip():
             raise InputError("A model can look for the target only by a description of it: there is none.")
@@ -57,8 +61,14 @@ class TargetByText(PerceptionTraits):
 def find_target(
     client: VlmClient, scene: SegmentedScene, description: str
 ) -> tuple[int | None, tuple[Exchange, ...]]:
-    """The id of the object that a model takes for the target, None if it sees none or gives no answer of use in three
-    tries; and what was asked and answered. Raises VlmError if its server gives no reply.
+    """Ask a model which object is the target.
+
+    Returns:
+        The object's id, or None if the model sees no target or gives no usable answer in three tries; and the
+        exchanges.
+
+    Raises:
+        VlmError: the server gives no reply.
     """
     prompt = fill_prompt(PROMPT, description=description)
     images = png_bytes(scene.observation.rgb), png_bytes(mark_image(scene))
@@ -73,7 +83,7 @@ def find_target(
 
 
 def read_number(reply: Reply, offered: tuple[int, ...]) -> int | Useless | None:
-    """The number in a reply, if it is among those offered; None for "none of them"."""
+    """Return the number in a reply, if it was offered; None for "none of them"."""
     if not isinstance(reply.answer, dict) or "number" not in reply.answer:
         return Useless("It gave no number.")
     value = reply.answer["number"]

@@ -19,7 +19,7 @@ from torc.vlm.protocol import VlmClient
 
 
 class VlmFixesDgPlanner(TaskPlannerTraits):
-    """Gives the model the 'behind' pairs that depth suggests; decides as DG-SELECT by the pairs that it corrects."""
+    """Gives the model the 'behind' pairs that depth suggests, and decides like DG-SELECT by the corrected pairs."""
 
     name = "vlm-fixes-dg"
     asks_model = True
@@ -35,8 +35,10 @@ class VlmFixesDgPlanner(TaskPlannerTraits):
         self.config = DgSelectConfig() if config is None else config
 
     def decide(self, context: PlanningContext, rng: np.random.Generator) -> Decision:
-        """The next object to pick; None after three useless answers, or if nothing is graspable. The model is not asked
-        where nothing is graspable or no two objects meet. Raises VlmError if its server gives no reply.
+        """Return the next object to pick; None after three useless answers, or if nothing is graspable.
+
+        The model is not asked if nothing is graspable or no two objects meet. Raises VlmError if its server gives no
+        reply.
         """
         candidates = behind_candidates(find_adjacencies(context.scene, self.config.relations))
         if not candidates or not context.graspable_ids:
@@ -63,7 +65,7 @@ class VlmFixesDgPlanner(TaskPlannerTraits):
         )
 
     def warm_up(self, context: PlanningContext) -> None:
-        """Use every compiled kernel once, to no effect; the model is not asked."""
+        """Run every compiled kernel once; the model is not asked."""
         DgSelectPlanner(self.config).warm_up(context)
 
     def _by_graph(self, context: PlanningContext, relations: Sequence[DependencyEdge]) -> Decision:

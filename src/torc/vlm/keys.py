@@ -1,4 +1,4 @@
-"""Keys: from the environment only, sent to nobody but the server they are for, scrubbed from all that comes back."""
+"""Keys: read only from the environment, sent only to their server, scrubbed from everything that comes back."""
 
 import os
 import re
@@ -7,21 +7,22 @@ from torc.errors import InputError
 from torc.vlm.config import VlmConfig
 
 OWN_SERVER_VARIABLE = "TORC_VLM_API_KEY"
-"""The key for a server at an address that the user gave. A vendor's key never goes to such a one."""
+"""The key for a server at a user's address. A vendor's key is never sent there."""
 VARIABLES = {
     "gemini": ("GOOGLE_API_KEY", "GEMINI_API_KEY"),
     "openai": ("OPENAI_API_KEY",),
     "anthropic": ("ANTHROPIC_API_KEY",),
 }
-"""Provider -> environment variables, the first that is set counts."""
+"""Environment variables by provider; the first that is set counts."""
 _ENCODED = re.compile(r"[A-Za-z0-9+/_=-]{120,}")
 _MAX_TEXT = 200_000
 
 
 def find_key(config: VlmConfig) -> str | None:
-    """The key for a model's server; None for a server of one's own that needs none.
+    """Return the key for a model's server; None for a user's server that needs none.
 
-    Raises InputError if a vendor's key is not in the environment, or cannot be one.
+    Raises:
+        InputError: a vendor's key is missing from the environment, or cannot be a key.
     """
     names = VARIABLES[config.provider] if config.base_url is None else (OWN_SERVER_VARIABLE,)
     name = next((n for n in names if os.environ.get(n, "").strip()), None)
@@ -39,7 +40,7 @@ def find_key(config: VlmConfig) -> str | None:
 
 
 def scrubbed(text: str, key: str | None) -> str:
-    """Text from a server without the key, without long encoded data (an echoed image), and not endless."""
+    """Return a server's text without the key and without long encoded data (an echoed image), and bounded in length."""
     text = text[:_MAX_TEXT].encode("utf-8", "replace").decode()
     if key:
         text = text.replace(key, "[key]")

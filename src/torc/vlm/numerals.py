@@ -9,14 +9,15 @@ _NUMERAL = re.compile(rf"[\s\"'`]*(?:{NAMES}[\s_:]*)?#?([0-9]{{1,3}})[\s\"'`]*",
 
 
 def number_in_text(text: str) -> int | None:
-    """The number that a text is, alone or after the word "object" or the like; None for any other text."""
+    """Return the number in a text that is a number, alone or after a word like "object"; None for any other text."""
     match = _NUMERAL.fullmatch(text)
     return int(match.group(1)) if match else None
 
 
 def whole_number(value: Any) -> int | None:
-    """The whole number that a value of JSON names: a number, a text, or a list of one of these. None for anything else;
-    a negative number stays one.
+    """Return the whole number in a JSON value: a number, a text, or a list of one of these. None for anything else.
+
+    Negative numbers stay negative.
     """
     if isinstance(value, list) and len(value) == 1 and not isinstance(value[0], list):
         value = value[0]

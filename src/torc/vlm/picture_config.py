@@ -1,4 +1,4 @@
-"""How a scene is shown to a model: the settings, and what a prompt says of them."""
+"""How a scene is shown to a model: the settings, and what a prompt says about them."""
 
 from dataclasses import dataclass
 from typing import Literal, get_args
@@ -45,7 +45,7 @@ class PictureConfig:
 
     @property
     def words(self) -> tuple[str, ...]:
-        """What differs from the paper's picture, for labels."""
+        """How the settings differ from the paper's picture, for labels."""
         return (
             *((self.marks,) if self.marks != "tinted" else ()),
             *(("plain beside",) if self.plain else ()),
@@ -55,7 +55,7 @@ class PictureConfig:
 
     @property
     def sentences(self) -> str:
-        """What a prompt says of the pictures; those of the paper's picture are the first prompts' own."""
+        """The sentences that describe the pictures in a prompt; for the paper's picture, those of the first prompts."""
         picture = "The first picture" if self.plain else "The picture"
         told = f"{picture} is what the camera of a robot arm sees"
         cut = self.crop_px is not None or self.marks == "clear"

@@ -1,4 +1,4 @@
-"""The pictures that a model is sent of a scene: how they are marked, cropped and enlarged, and what they show."""
+"""The pictures of a scene that a model is sent: how they are marked, cropped and enlarged, and what they show."""
 
 import hashlib
 from dataclasses import dataclass, field
@@ -16,7 +16,7 @@ from torc.records import SegmentedScene
 from torc.vlm.picture_config import PictureConfig
 
 ACROSS_PX = 1024
-"""Clear pictures show the objects over at least so many pixels, sideways or upwards."""
+"""Least width or height of the objects in clear pictures, pixels."""
 _MARGIN_PX = 24
 
 
@@ -31,19 +31,21 @@ class SentPicture:
 
     @property
     def facts(self) -> dict[str, Any]:
-        """For a log."""
+        """Description of the picture for a log."""
         digest = hashlib.sha256(self.png).hexdigest()
         return {"shows": self.shows, "width": self.width, "height": self.height, "sha256": digest}
 
 
 def pictures_of(scene: SegmentedScene, config: PictureConfig) -> tuple[SentPicture, ...]:
-    """The pictures of a scene, in the order in which they are sent: the marked one, then the plain one if asked for."""
+    """Return the pictures of a scene in the order in which they are sent: the marked one, then the plain one if asked
+    for.
+    """
     drawn = drawn_pictures(scene, config)
     return tuple(SentPicture(k, png_bytes(v), v.shape[1], v.shape[0]) for k, v in drawn.items())
 
 
 def drawn_pictures(scene: SegmentedScene, config: PictureConfig) -> dict[str, UInt8[np.ndarray, "h w 3"]]:
-    """The same as arrays, by what they show: "marked", and "plain" if asked for."""
+    """Return the pictures as arrays by what they show: "marked", and "plain" if asked for."""
     rgb, label = shown_part(scene, config)
     numbers = {i: i for i in scene.ids}
     if config.marks == "clear":
@@ -56,7 +58,7 @@ def drawn_pictures(scene: SegmentedScene, config: PictureConfig) -> dict[str, UI
 def shown_part(
     scene: SegmentedScene, config: PictureConfig
 ) -> tuple[UInt8[np.ndarray, "h w 3"], Int16[np.ndarray, "h w"]]:
-    """Colours and ids (-1: no visible object) of what is shown, cropped and enlarged. Every visible object is in it."""
+    """Return colours and ids (-1: no visible object) of the cropped, enlarged part. It holds every visible object."""
     label = np.where(np.isin(scene.label_image, scene.ids), scene.label_image, -1).astype(np.int16)
     if config.marks == "clear":
         return _drawn_for_the_question(scene.observation.rgb, label, config)
@@ -75,7 +77,7 @@ def shown_part(
 def _drawn_for_the_question(
     rgb: UInt8[np.ndarray, "h w 3"], label: Int16[np.ndarray, "h w"], config: PictureConfig
 ) -> tuple[UInt8[np.ndarray, "h w 3"], Int16[np.ndarray, "h w"]]:
-    """The part with the objects, enlarged once by a good filter, and masks with smooth rims at that resolution."""
+    """Return the part with the objects, enlarged once by a good filter, and masks with smooth rims at that size."""
     across = max(label.shape)
     if (label >= 0).any():
         across = max(int(np.ptp(at)) + 1 for at in np.nonzero(label >= 0))
@@ -92,7 +94,7 @@ def _drawn_for_the_question(
 
 
 def _keep_all(label: Int16[np.ndarray, "h w"], resized: Int16[np.ndarray, "H W"]) -> None:
-    """Give each object that fell between the pixels of a reduced picture one of them, in place."""
+    """Give one pixel of a reduced picture to each object that fell between its pixels, in place."""
     scale = resized.shape[0] / label.shape[0]
     for i in set(np.unique(label).tolist()) - set(np.unique(resized).tolist()) - {-1}:
         row, col = mask_anchor(label == i)
@@ -100,8 +102,9 @@ def _keep_all(label: Int16[np.ndarray, "h w"], resized: Int16[np.ndarray, "H W"]
 
 
 def _enlarged(label: Int16[np.ndarray, "h w"], size: tuple[int, int]) -> Int16[np.ndarray, "H W"]:
-    """Each pixel has the label that most of its surroundings have, so that rims are smooth. Of an object that would
-    disappear in a reduced picture one pixel stays.
+    """Enlarge labels with smooth rims: each pixel takes the label that most of its surroundings have.
+
+    An object that would disappear from a reduced picture keeps one pixel.
     """
     most, found = np.zeros(size[::-1], np.float32), np.full(size[::-1], -1, np.int16)
     for i in np.unique(label).tolist():
@@ -113,7 +116,7 @@ def _enlarged(label: Int16[np.ndarray, "h w"], size: tuple[int, int]) -> Int16[n
 
 
 def _window(label: Int16[np.ndarray, "h w"], margin_px: int | None) -> tuple[slice, slice]:
-    """Rows and columns of the objects with a margin; all of the image without one, or without objects."""
+    """Return rows and columns of the objects with a margin; the whole image if there is no margin or no object."""
     height, width = label.shape
     rows, cols = np.nonzero(label >= 0)
     if margin_px is None or rows.size == 0:

@@ -33,8 +33,9 @@ class _PriceFile(BaseModel, extra="forbid"):
 
 
 def parse_prices(text: str, model: str) -> Prices | None:
-    """Prices of a model, named as on the command line: from "SENT,WRITTEN" or "SENT,WRITTEN,CURRENCY", or from a price
-    table, None where that has no such model. Raises InputError.
+    """Read a model's prices from "SENT,WRITTEN" or "SENT,WRITTEN,CURRENCY", or from a price table.
+
+    `model` is written as on the command line. None if the table lacks the model. Raises InputError.
     """
     if not text.endswith((".yaml", ".yml")):
         return _from_numbers(text)

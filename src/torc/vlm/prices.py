@@ -1,4 +1,4 @@
-"""What tokens cost, as the user says it; torc knows no prices."""
+"""Prices of tokens as the user states them; torc knows none."""
 
 import math
 from dataclasses import dataclass
@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from torc.errors import InputError
 
 PER = 1_000_000
-"""Prices are per so many tokens."""
+"""Prices are per this number of tokens."""
 
 
 @dataclass(frozen=True)
 class Prices:
-    """Prices of a million tokens that are sent, and of a million that are written (thinking included)."""
+    """Prices of a million tokens sent, and of a million written (thinking included)."""
 
     sent: float
     written: float
@@ -25,5 +25,5 @@ class Prices:
             raise InputError(f"'{self.currency}' is no currency: write letters alone, e.g. USD or EUR.")
 
     def cost(self, sent: int, written: int) -> float:
-        """Of so many tokens."""
+        """Return the price of these numbers of tokens."""
         return (sent * self.sent + written * self.written) / PER

@@ -1,4 +1,4 @@
-"""Prompts as files: the shipped ones and those of one's own, in one format, checked before anything is asked.
+"""Prompts as files, shipped and user-defined, in one format and checked before anything is asked.
 
 A YAML file has its `format` and `user`, the text with $fields, and may have `system`, `examples` of questions and
 replies, and two endings, of which one is appended to `user`: `free_text` where only the prompt asks for JSON, `schema`
@@ -21,7 +21,7 @@ from torc.vlm.prompt import Example, Prompt
 
 FORMAT = "torc-prompt/1"
 MAX_CHARACTERS = 9_000
-"""Of each text."""
+"""Limit for each text."""
 MAX_EXAMPLES = 20
 ENDINGS = (".yaml", ".yml", ".txt")
 _MAX_BYTES = 400_000
@@ -45,7 +45,7 @@ class _PromptFile(BaseModel, extra="forbid"):
 
 
 def load_prompt(path: Path) -> Prompt:
-    """A prompt from a file, or the shipped one of that name. Raises InputError naming file and field."""
+    """Load a prompt from a file, or the shipped one of that name. Raises InputError naming file and field."""
     if path.suffix not in ENDINGS:
         if path.name == str(path) and not path.exists():
             return shipped_prompt(str(path))
@@ -62,7 +62,7 @@ def load_prompt(path: Path) -> Prompt:
 
 
 def parse_prompt(text: str, name: str, source: str, *, plain: bool = False) -> Prompt:
-    """A prompt from the text of a file; `plain`: of a .txt. `source` names it in errors. Raises InputError."""
+    """Read a prompt from a file's text; `plain` for a .txt. `source` names it in errors. Raises InputError."""
     content: Any = (
         {"format": FORMAT, "user": text}
         if plain
@@ -86,7 +86,7 @@ def parse_prompt(text: str, name: str, source: str, *, plain: bool = False) -> P
 
 
 def prompt_text(prompt: Prompt) -> str:
-    """The YAML file of a prompt: `parse_prompt` gives back an equal one."""
+    """Return the YAML file of a prompt; `parse_prompt` reads it back."""
     texts = {k: v for k, v in asdict(prompt).items() if v and k not in ("name", "examples")}
     examples = {"examples": [asdict(e) for e in prompt.examples]} if prompt.examples else {}
     return yaml.dump(
@@ -99,15 +99,14 @@ def prompt_text(prompt: Prompt) -> str:
 
 
 def shipped_names() -> tuple[str, ...]:
-    """Names of the shipped prompts."""
     found = (files("torc.vlm") / "prompts").iterdir()
     return tuple(sorted(Path(f.name).stem for f in found if Path(f.name).suffix in ENDINGS))
 
 
 def shipped_prompt(name: str) -> Prompt:
-    """The shipped prompt of that name. A changed one is a new file with the next number; results name theirs.
+    """Return the shipped prompt of that name. Raises UnknownNameError for an unknown name.
 
-    Raises UnknownNameError for a name that there is not.
+    A changed prompt is a new file with the next number, because results name theirs.
     """
     if name not in shipped_names():
         raise UnknownNameError("prompt", name, [*shipped_names()], ", or a file that ends in .yaml or .txt")
@@ -120,7 +119,7 @@ def shipped_prompt(name: str) -> Prompt:
 
 
 class _Dumper(yaml.SafeDumper):
-    """Texts of several lines as blocks, for people."""
+    """Writes texts of several lines as blocks, for people."""
 
 
 def _text(dumper: yaml.SafeDumper, value: str) -> yaml.Node:

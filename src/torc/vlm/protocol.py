@@ -1,4 +1,4 @@
-"""What is asked of a vision-language model, what comes back, and the protocol in between."""
+"""The question to a vision-language model, its reply, and the protocol of clients."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -11,14 +11,14 @@ from torc.vlm.prompt import Example
 
 @dataclass(frozen=True)
 class Question:
-    """One prompt with its images. A model is given no tools: all that an answer can do is be read.
+    """One prompt with its images. A model is given no tools: its answer is only read.
 
     Attributes:
         prompt: the text; it follows the images.
         images: PNG or JPEG files.
         schema: JSON schema of the answer, for servers that can hold a model to one; None for free text.
-        repeat: tells one asking of the same question from another: part of the cache's key, and the sampling seed
-            where the configuration says so. At least 0, below 2**31.
+        repeat: distinguishes repetitions of one question: part of the cache's key, and the sampling seed where the
+            configuration says so. At least 0, below 2**31.
         system: instructions before the conversation; may be empty.
         examples: turns of a conversation before the question.
     """
@@ -42,13 +42,15 @@ class Finish(StrEnum):
 
 @dataclass(frozen=True)
 class Reply:
-    """A model's reply, however useless; a server that does not reply at all is a VlmError instead.
+    """A model's reply, however useless. A server that does not reply is a VlmError instead.
 
     Attributes:
         text: what it wrote, without its hidden thinking.
         answer: the JSON object or array in the text that is taken as the answer; None if there is none.
+        finish: how the reply ended.
         model_version: the model that answered, as the server names it.
-        latency_s: from the request to the reply, of the last try; waiting between tries is not in it.
+        tokens: tokens sent and written.
+        latency_s: from the last request to the reply, seconds, without waits between tries.
     """
 
     text: str
@@ -64,5 +66,5 @@ class VlmClient(Protocol):
     """Asks one model. `torc.testing.vlm_client_conformance` checks an implementation."""
 
     def ask(self, question: Question) -> Reply:
-        """The model's reply. Raises VlmError if the server gives none."""
+        """Return the model's reply. Raises VlmError if the server gives none."""
         ...

@@ -1,4 +1,4 @@
-"""What the third questions add: how the gripper reaches in, how large the target is, and grasps by their numbers."""
+"""What the third version of the questions adds: how the gripper reaches in, the target's size, numbers of grasps."""
 
 import numpy as np
 
@@ -6,13 +6,13 @@ from torc.records import GraspStatus, PlanningContext
 
 _SLANTED_RAD = np.deg2rad(20.0)
 _SIDE_SHARE = 0.05
-"""A side counts from this share of the slanted grasps on."""
+"""A side counts if it has at least this share of the slanted grasps."""
 _TOWARDS = 0.5
-"""Cosine from which a motion counts as one in a direction."""
+"""Least cosine of a motion that counts as one in a direction."""
 
 
 def gripper_sentence(context: PlanningContext) -> str:
-    """How wide the gripper opens, how long its fingers are, and from where it reaches in."""
+    """Say how wide the gripper opens, how long its fingers are, and from where it reaches in."""
     hand = context.hand
     size = (
         "The gripper has two fingers."
@@ -24,7 +24,7 @@ def gripper_sentence(context: PlanningContext) -> str:
 
 
 def target_size_sentence(context: PlanningContext) -> str:
-    """The target's size in centimetres: as somebody measured it, else as far as it is in sight; empty if unknown."""
+    """Give the target's size in centimetres: as measured by the user, else of its visible part; empty if unknown."""
     if context.target_size_m is not None:
         length, width = (100 * m for m in context.target_size_m)
         return f"It is {length:.0f} cm long and {width:.0f} cm thick."
@@ -36,7 +36,7 @@ def target_size_sentence(context: PlanningContext) -> str:
 
 
 def counted_grasp_facts(context: PlanningContext) -> list[str]:
-    """As `grasp_facts`, with how many grasps each, and with the objects that have none; by rising ids."""
+    """Return the sentences of `grasp_facts` with numbers of grasps, and the objects without any; by rising ids."""
     report, graspable, lines = context.report, context.graspable_ids, []
     for i, a in enumerate(report.object_ids):
         if a not in context.scene.ids:
@@ -60,7 +60,7 @@ def counted_grasp_facts(context: PlanningContext) -> list[str]:
 
 
 def _seen_size_m(points: np.ndarray) -> tuple[float, float]:
-    """The largest horizontal extent and the height of points."""
+    """Return the largest horizontal extent and the height of points, metres."""
     flat = points[:, :2] - points[:, :2].mean(0)
     turns = np.linspace(0, np.pi, 36, endpoint=False)
     along = flat @ np.stack([np.cos(turns), np.sin(turns)])
@@ -68,7 +68,7 @@ def _seen_size_m(points: np.ndarray) -> tuple[float, float]:
 
 
 def _directions(context: PlanningContext) -> str:
-    """From where the grasps come that the arm can reach; empty where there are none."""
+    """Say from where the reachable grasps approach; empty if there are none."""
     reachable = context.report.status != GraspStatus.UNREACHABLE
     approach = context.grasps.Ts_world_tcp[reachable][:, :3, 2]
     if not len(approach):
@@ -83,7 +83,7 @@ def _directions(context: PlanningContext) -> str:
 
 
 def _sides(approach: np.ndarray, R_world_camera: np.ndarray) -> str:
-    """The sides of the picture from which slanted grasps come."""
+    """Name the sides of the picture from which slanted grasps approach."""
     forward, right = R_world_camera[:2, 2], R_world_camera[:2, 0]
     if np.linalg.norm(forward) < 0.2:
         return ""

@@ -1,4 +1,4 @@
-"""Replies: the JSON in a text, and what a client, which may be anybody's, has to return."""
+"""Replies: the JSON in a text, and checks of what a client returns."""
 
 import json
 import math
@@ -14,7 +14,7 @@ from torc.vlm.protocol import Finish, Question, Reply, VlmClient
 _HELP = "torc.testing.vlm_client_conformance checks a client against all rules (docs/vlm.md)."
 
 MAX_CHARACTERS = 50_000
-"""Of a reply, only its last characters are read: an answer stands at the end."""
+"""Only the last characters of a reply are read: an answer stands at the end."""
 _MAX_TRIES = 500
 _OPENING = re.compile(r"[\[{]")
 _DECODER = json.JSONDecoder()
@@ -29,13 +29,16 @@ def reply_of(
     tokens: Tokens | None = None,
     latency_s: float = 0.0,
 ) -> Reply:
-    """A reply of a text, with the answer that is found in it; the rest as `Reply` has it."""
+    """Make a Reply from a text, with the answer that is found in it."""
     return Reply(text, find_json(text), finish, model_version, tokens or Tokens(), latency_s)
 
 
 def ask_client(client: VlmClient, question: Question) -> Reply:
-    """The client's reply. Raises VlmClientError if it crashed or returned no reply that can be read and logged, and
-    what the client raises of its own accord, e.g. VlmError.
+    """Return the client's reply.
+
+    Raises:
+        VlmClientError: the client crashed, or returned something that cannot be read and logged.
+        VlmError: or whatever else the client raises deliberately.
     """
     what = f"VLM client {type(client).__name__}"
     with blamed(what, VlmClientError, _HELP):
@@ -46,7 +49,7 @@ def ask_client(client: VlmClient, question: Question) -> Reply:
 
 
 def reply_faults(reply: Any) -> Iterator[str]:
-    """Why something is no reply."""
+    """Yield the reasons why something is not a valid reply."""
     if not isinstance(reply, Reply):
         yield f"ask() returned {kind_of_value(reply)}, not a torc.vlm.protocol.Reply"
         return
@@ -67,10 +70,10 @@ def reply_faults(reply: Any) -> Iterator[str]:
 
 
 def find_json(text: str) -> Any:
-    """The JSON object or array in a text that is most likely its answer, or None. Raises nothing.
+    """Return the JSON object or array in a text that is most likely its answer, or None. Raises nothing.
 
-    What stands in ``` fences comes before what does not; what holds an object, before bare lists such as "[1]"; of
-    those, the last, for models repeat the question's form first. A comma before a closing bracket is overlooked.
+    JSON in ``` fences takes precedence, then JSON that holds an object over bare lists such as "[1]", then the last,
+    since models repeat the question's form first. A comma before a closing bracket is ignored.
     """
     text = text[-MAX_CHARACTERS:]
     fenced = [value for part in text.split("```")[1::2] for value in _values(part)]
@@ -79,7 +82,7 @@ def find_json(text: str) -> Any:
 
 
 def _values(text: str) -> list[Any]:
-    """The outermost objects and arrays, in order; of very many brackets only the last are looked at."""
+    """Return the outermost objects and arrays, in order; of very many brackets only the last are tried."""
     found, end = [], 0
     trailing = _TRAILING.search(text) is not None
     for start in [opening.start() for opening in _OPENING.finditer(text)][-_MAX_TRIES:]:
@@ -93,7 +96,7 @@ def _values(text: str) -> list[Any]:
 
 
 def _decoded(text: str, start: int) -> tuple[Any, int] | None:
-    """The JSON that begins at a place, and where it ends; None for what is not JSON, or nested without end."""
+    """Return the JSON that begins at a place, and where it ends; None if it is not JSON, or nested too deeply."""
     try:
         return _DECODER.raw_decode(text, start)
     except (ValueError, RecursionError):
@@ -101,7 +104,7 @@ def _decoded(text: str, start: int) -> tuple[Any, int] | None:
 
 
 def _without_trailing(text: str, start: int) -> str:
-    """The text with blanks for commas before closing brackets, from a place on, but not in strings."""
+    """Replace commas before closing brackets by blanks, from a place on, but not in strings."""
     blanked = _STRING_OR_TRAILING.sub(lambda m: " " if m.group() == "," else m.group(), text[start:])
     return text[:start] + blanked
 

@@ -1,4 +1,4 @@
-"""VLM-SELECT and VLM+GRASPS: the model plans the picks, the first one is made (paper: Approaches 1 and 4)."""
+"""VLM-SELECT and VLM+GRASPS: the model plans the picks, and the first one is executed (paper: Approaches 1 and 4)."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -15,7 +15,7 @@ from torc.vlm.question_facts import counted_grasp_facts
 
 
 class VlmSelectPlanner(TaskPlannerTraits):
-    """Shows the model the marked image; it is not told what is graspable, and asked again if its choice is not."""
+    """Shows the model the marked image without grasp information; asks again if its choice is not graspable."""
 
     name = "vlm-select"
     asks_model = True
@@ -25,8 +25,11 @@ class VlmSelectPlanner(TaskPlannerTraits):
         self._asker = Asker(client, self.form, asking)
 
     def decide(self, context: PlanningContext, rng: np.random.Generator) -> Decision:
-        """The next object to pick; None after three useless answers, or, unasked, if nothing is graspable. Raises
-        VlmError if the model's server gives no reply.
+        """Return the next object to pick; None after three useless answers, or, without asking, if nothing is
+        graspable.
+
+        Raises:
+            VlmError: the model's server gives no reply.
         """
         graspable = context.graspable_ids
         if not graspable:
@@ -45,26 +48,27 @@ class VlmSelectPlanner(TaskPlannerTraits):
         return replace(nothing, object_id=answer, reason=f"Pick {context.called(answer)}: {plan}.")
 
     def facts(self, context: PlanningContext) -> Mapping[str, str]:
-        """What the prompt says beyond the target."""
+        """Return what the prompt says beyond the target."""
         return {}
 
 
 class VlmGraspsPlanner(VlmSelectPlanner):
-    """The same, told what is graspable and what blocks what."""
+    """Shows the marked image and says what is graspable and what blocks what."""
 
     name = "vlm-grasps"
     form = Form("vlm-grasps", ("target", "facts"), ("facts",), PLAN_SCHEMA)
 
     def facts(self, context: PlanningContext) -> Mapping[str, str]:
-        """A sentence per graspable object, and per pair of an object that is not and one that blocks grasps of it; in
-        the third questions with numbers of grasps.
+        """Return a sentence per graspable object, and per pair of a blocked object and its blocker.
+
+        The third version of the questions adds numbers of grasps.
         """
         facts = counted_grasp_facts if self._asker.questions >= 3 else grasp_facts
         return {"facts": "\n".join(facts(context))}
 
 
 def grasp_facts(context: PlanningContext) -> list[str]:
-    """ "Object C is graspable." and "Object A is blocked by object B.", by rising ids."""
+    """Return "Object C is graspable." and "Object A is blocked by object B.", by rising ids."""
     report, graspable = context.report, context.graspable_ids
     lines = []
     for i, a in enumerate(report.object_ids):

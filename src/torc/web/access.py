@@ -1,8 +1,8 @@
 """Who may talk to the server: this machine's own pages, or whoever has the token.
 
-Without a token the server is bound to the loopback interface. Then a page from elsewhere must not reach it through
-the user's browser: neither under another name that resolves to 127.0.0.1 (the Host header tells), nor by a form or
-script of another site (Origin and Sec-Fetch-Site tell).
+Without a token the server is bound to the loopback interface. Then a page from elsewhere must not reach it through the
+user's browser: neither under another name that resolves to 127.0.0.1 (checked by the Host header), nor by a form or
+script of another site (checked by Origin and Sec-Fetch-Site).
 """
 
 import hmac
@@ -29,12 +29,12 @@ HEADERS = {
 
 
 def token_for(host: str) -> str | None:
-    """A fresh token where others can reach the server, None where only this machine can."""
+    """Return a fresh token if others can reach the server, None if only this machine can."""
     return None if _is_loopback(host) else secrets.token_urlsafe(24)
 
 
 class Gate:
-    """Middleware: refuses strangers, and adds the headers that keep a page from loading anything from elsewhere."""
+    """Middleware that refuses strangers, and adds the headers that keep a page from loading anything from elsewhere."""
 
     def __init__(self, app: ASGIApp, token: str | None, port: int) -> None:
         self._app, self._token, self._port = app, token, port

@@ -1,4 +1,4 @@
-"""The addresses that the page uses. Everything that is shown can be asked for again at any time."""
+"""The addresses that the page uses. Everything shown can be requested again at any time."""
 
 import asyncio
 import json
@@ -45,8 +45,13 @@ _Body = TypeVar("_Body")
 
 @dataclass(frozen=True)
 class Site:
-    """What a server shows: trials on disk, those that are listed, the session of the expert who plays, if one does,
-    and pictures of the working robot from outside, if anybody sees it.
+    """What a server shows.
+
+    Attributes:
+        shelf: trials on disk.
+        trials: those that are listed.
+        session: of the expert who plays, if one does.
+        frames: pictures of the working robot from outside, if they are shown.
     """
 
     shelf: Shelf
@@ -61,9 +66,9 @@ class _Start(BaseModel):
 
 
 def make_app(site: Site, token: str | None, port: int) -> Starlette:
-    """The server's application; its `state.closing` is to be set when the server ends.
+    """Return the server's application; set its `state.closing` when the server ends.
 
-    `token` is None where only this machine reaches the server, which listens on `port`.
+    `token` is None if only this machine reaches the server, which listens on `port`.
     """
     app = _App(site)
     pick = "/api/trials/{key}/picks/{pick:int}"
@@ -102,7 +107,7 @@ def make_app(site: Site, token: str | None, port: int) -> Starlette:
 
 
 class _App:
-    """The answers. `closing` is set when the server ends, so that answers without an end find theirs."""
+    """The answers. `closing` is set when the server ends, so that endless answers stop."""
 
     def __init__(self, site: Site) -> None:
         self._site, self.closing = site, threading.Event()
@@ -112,7 +117,7 @@ class _App:
         return FileResponse(PAGE / "index.html")
 
     def report(self, request: Request) -> Response:
-        """The page that `torc report` left there, with links that lead to the trials on this server."""
+        """Return the page that `torc report` wrote, with links to the trials on this server."""
         root = self._site.shelf.root
         if not self._has_report:
             raise InputError(f"There is no report here yet: `torc report {root}` writes it.")
@@ -167,7 +172,7 @@ class _App:
         return _json(asdict(self._session.state))
 
     def changes(self, request: Request) -> Response:
-        """Server-sent events: the state now, and whenever it changes."""
+        """Stream server-sent events: the state now, and whenever it changes."""
         return StreamingResponse(self._states(), media_type="text/event-stream")
 
     async def start(self, request: Request) -> Response:
@@ -179,7 +184,7 @@ class _App:
         return self.state(request)
 
     async def robot(self, request: Request) -> Response:
-        """The next picture after number `after`, as soon as there is one; 204 if there is none for a while."""
+        """Return the next picture after number `after`, as soon as there is one; 204 if there is none for a while."""
         after = request.query_params.get("after", "0")
         seen = int(after) if after.isdecimal() and len(after) < 16 else 0
         for _ in range(round(_FRAME_WAIT_S / _POLL_S)):
@@ -199,7 +204,7 @@ class _App:
                 told, waited = state.version, 0.0
                 yield f"data: {json.dumps(asdict(state))}\n\n"
             elif waited > _HEARTBEAT_S:
-                # Shows a page that hears nothing that the connection is gone.
+                # Shows a page that receives nothing that the connection is gone.
                 waited = 0.0
                 yield "event: alive\ndata: {}\n\n"
             await asyncio.sleep(_POLL_S)
@@ -227,7 +232,7 @@ def _json(data: Any, status: int = 200) -> Response:
 
 
 async def _body(request: Request, model: TypeAdapter[_Body]) -> _Body:
-    """The request's JSON, checked. Raises InputError."""
+    """Return the request's JSON, checked. Raises InputError."""
     if request.headers.get("content-type", "").split(";")[0].strip() != "application/json":
         # Other sites' forms cannot send this type.
         raise InputError("Send JSON, with Content-Type: application/json.")
@@ -247,12 +252,12 @@ MAX_PIXELS = 4096 * 4096
 
 
 def thumbnail(trial: RecordedTrial, number: int) -> bytes:
-    """What the planner saw at a pick, cropped to the objects, what it chose ringed in white; JPEG.
+    """Return the planner's picture at a pick as JPEG, cropped to the objects, its choice ringed in white.
 
-    Raises InputError where there is no picture.
+    Raises InputError if there is no picture.
     """
     png = trial.plain_picture(number) if trial.has_plain_picture(number) else trial.picture(number)
-    # Width and height stand in the first chunk: nothing huge is unpacked.
+    # Width and height are in the first chunk: nothing huge is unpacked.
     width, height = (int.from_bytes(png[i : i + 4], "big") for i in (16, 20))
     small = width * height <= MAX_PIXELS
     image = cv2.imdecode(np.frombuffer(png, np.uint8), cv2.IMREAD_COLOR_RGB) if small else None

@@ -21,7 +21,7 @@ _HEADERS = "X-Frame", "X-Facts"
 
 
 class CameraBoard(FrameBoard):
-    """The newest picture, with facts by name; `task` says what the page shows, if it is not a camera alone."""
+    """The newest picture, with facts by name; `task` says what the page shows, if it is not only a camera."""
 
     def __init__(self, task: str = "") -> None:
         super().__init__()
@@ -30,32 +30,32 @@ class CameraBoard(FrameBoard):
         self._lock = threading.Lock()
 
     def show(self, jpeg: bytes, facts: Mapping[str, str]) -> None:
-        """The next picture."""
+        """Show the next picture."""
         with self._lock:
             self.put(jpeg)
             self._facts = dict(facts)
 
     def trouble(self, text: str) -> None:
-        """Why there is no next picture; the last one stays."""
+        """Say why there is no next picture; the last one stays."""
         with self._lock:
             self.put(self._latest[1])
             self._facts = {"trouble": text}
 
     def newest(self) -> tuple[int, bytes, dict[str, str]]:
-        """Number, picture and facts; says that somebody watches."""
+        """Return number, picture and facts, and record that the page is watched."""
         with self._lock:
             return *self.watch(), self._facts | self._task
 
 
 def make_camera_app(board: CameraBoard, token: str | None, port: int) -> Starlette:
-    """The server's application; see `torc.web.app.make_app`."""
+    """Return the server's application; see `torc.web.app.make_app`."""
     closing = threading.Event()
 
     def page(request: Request) -> Response:
         return FileResponse(PAGE / "camera.html")
 
     async def picture(request: Request) -> Response:
-        """The next picture after number `after`, as soon as there is one; 204 if there is none for a while."""
+        """Return the next picture after number `after`, as soon as there is one; 204 if there is none for a while."""
         after = request.query_params.get("after", "0")
         seen = int(after) if after.isdecimal() and len(after) < 16 else 0
         for _ in range(round(_WAIT_S / _POLL_S)):

@@ -18,13 +18,13 @@ class HumanPlanner(TaskPlannerTraits):
     name = NAME
 
     def __init__(self, session: Session | None = None, expert: str = "") -> None:
-        """expert: the person's name, kept with each decision. Raises InputError without a session."""
+        """Take the session, and the person's name, kept with each decision. Raises InputError without a session."""
         if session is None:
             raise InputError("A person chooses at a page in the browser: `torc human PROBLEM` opens it.")
         self._session, self._expert = session, expert
 
     def decide(self, context: PlanningContext, rng: np.random.Generator) -> Decision:
-        """The person's choice. Draws nothing from rng."""
+        """Return the person's choice. Draws nothing from rng."""
         choice = self._session.ask_object(len(context.history), context.report.graspable_ids)
         reply, reason = _told(choice)
         return Decision(
@@ -38,7 +38,7 @@ class HumanPlanner(TaskPlannerTraits):
 
 
 def _told(choice: Choice) -> tuple[str, str]:
-    """The choice as a reply, and as a reason."""
+    """Return the choice as a reply, and as a reason."""
     if choice.give_up:
         return "give up", "The expert gave up."
     if choice.object_id is None:
@@ -52,13 +52,13 @@ def _told(choice: Choice) -> tuple[str, str]:
 
 
 class SessionListener:
-    """Tells the pages what a trial is doing."""
+    """Shows the progress of a trial on the pages."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
 
     def __call__(self, event: Event) -> None:
-        """One event of the trial."""
+        """Publish one event of the trial."""
         publish = self._session.publish
         match event:
             case Started():

@@ -1,4 +1,4 @@
-"""Watching the robot: small pictures from outside while it works, for whoever looks at that moment."""
+"""Watch the robot: small pictures from outside while it works, for pages that are open."""
 
 import json
 import struct
@@ -25,24 +25,26 @@ _JPEG_QUALITY = 80
 
 
 class FrameBoard:
-    """The latest picture. Pages take it; the simulation puts a new one there while somebody watches."""
+    """The latest picture. Pages read it; the simulation replaces it while a page watches."""
 
     def __init__(self) -> None:
         self._latest = 0, b""
         self._watched_at = -WATCHED_FOR_S
 
     def put(self, jpeg: bytes) -> None:
-        """The next picture."""
+        """Store the next picture."""
         self._latest = self._latest[0] + 1, jpeg
 
     def watch(self) -> tuple[int, bytes]:
-        """Number and content of the latest picture (0 and nothing before the first); says that somebody watches."""
+        """Return number and content of the latest picture (0 and nothing before the first), and record that it is
+        watched.
+        """
         self._watched_at = time.monotonic()
         return self._latest
 
     @property
     def watched(self) -> bool:
-        """Whether somebody asked for a picture lately."""
+        """True if a page asked for a picture lately."""
         return time.monotonic() - self._watched_at < WATCHED_FOR_S
 
 
@@ -58,7 +60,7 @@ class RobotCamera(Closing):
         self._calls, self._drawn_at = 0, 0.0
 
     def observe(self, world: World) -> None:
-        """Called by the simulation."""
+        """Draw a picture if it is time for one. Called by the simulation."""
         self._calls += 1
         if self._calls % OBSERVATIONS_PER_FRAME != 1 or not self._board.watched:
             return
@@ -68,14 +70,14 @@ class RobotCamera(Closing):
         self._drawn_at = time.monotonic()
 
     def close(self) -> None:
-        """Frees the renderer."""
+        """Free the renderer."""
         if self._renderer is not None:
             self._renderer.close()
             self._renderer = None
 
 
 def jpeg(rgb: UInt8[np.ndarray, "h w 3"]) -> bytes:
-    """A picture as JPEG."""
+    """Return a picture as JPEG."""
     bgr = cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR)
     return cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])[1].tobytes()
 
@@ -84,10 +86,11 @@ _ALIGN = 8
 
 
 def pack_view(view: PickView) -> bytes:
-    """Bytes 0-3: length of a JSON header, little-endian; the header; then each array at the offset that it names.
+    """Pack a view's arrays for the page.
 
-    Offsets count from the end of the header and are multiples of 8. Arrays are little-endian, C order. Masks of up to
-    64 bits come as two 32-bit halves, low one first.
+    Bytes 0-3: length of a JSON header, little-endian; the header; then each array at the offset in the header. Offsets
+    count from the end of the header and are multiples of 8. Arrays are little-endian, C order. Masks of up to 64 bits
+    are two 32-bit halves, the low one first.
     """
     cloud, unseen, grasps = view.cloud, view.unseen, view.grasps
     arrays = {

@@ -1,4 +1,4 @@
-"""Several experts and problems one after another: what is recorded is skipped, what was interrupted starts again."""
+"""Several experts and problems in sequence: recorded trials are skipped, interrupted ones start again."""
 
 import re
 import shutil
@@ -37,7 +37,7 @@ class QueuedTrial:
 
     @property
     def ended(self) -> dict[str, Any]:
-        """How it ended; else the status "interrupted" or "waiting". Only what is "completed" is not played again."""
+        """How it ended; else the status "interrupted" or "waiting". Only a "completed" trial is not played again."""
         result = self.directory / "result.json"
         if result.exists():
             return read_result(result).summary
@@ -46,7 +46,7 @@ class QueuedTrial:
 
     @property
     def completed(self) -> bool:
-        """Whether it is not played again."""
+        """True if it is not played again."""
         return self.ended["status"] == "completed"
 
     @property
@@ -62,11 +62,11 @@ class HumanQueue:
     trials: tuple[QueuedTrial, ...]
 
     def waiting(self) -> tuple[str, ...]:
-        """Keys of what is left to play."""
+        """Return the keys of the trials left to play."""
         return tuple(t.key for t in self.trials if not t.completed)
 
     def play(self, session: Session, play: Play) -> None:
-        """Play whatever the page starts, until nothing is left. Ctrl-C ends it: KeyboardInterrupt."""
+        """Play the trials that the page starts, until none is left. Ctrl-C ends it: KeyboardInterrupt."""
         message = ""
         while waiting := self.waiting():
             key = session.ask_start(waiting, message)
@@ -87,7 +87,7 @@ class HumanQueue:
         session.publish(phase=Phase.DONE, waiting=(), message=message)
 
     def lines(self) -> list[dict[str, Any]]:
-        """A line per trial. What tells of a problem is offered once nobody has to play it any more."""
+        """Return a line per trial. Whatever gives a problem away is offered once nobody has to play it any more."""
         to_play, lines = self._to_play(), []
         for t in self.trials:
             ended, over = t.ended, t.problem not in to_play
@@ -102,7 +102,7 @@ class HumanQueue:
         return lines
 
     def withholds(self, trial: RecordedTrial) -> bool:
-        """Whether a trial has ended, and so tells all, while its problem is still to be played by anybody."""
+        """True if a trial has ended, and so gives everything away, while somebody still has to play its problem."""
         return trial.result is not None and Path(trial.spec.problem).stem in self._to_play()
 
     def _to_play(self) -> set[str]:
@@ -118,10 +118,10 @@ def make_queue(
     *,
     outside_view: bool = False,
 ) -> HumanQueue:
-    """Every expert's turn at every problem, expert by expert.
+    """Queue every problem for every expert, expert by expert.
 
     Raises InputError: an expert's name cannot be a file name, two problems share theirs, or a complete trial was played
-    otherwise.
+    under other conditions.
     """
     names = tuple(dict.fromkeys(experts)) or ("",)
     for name in names:
@@ -152,6 +152,6 @@ def make_queue(
 
 
 def _around(recorded: RecordedSpec) -> str:
-    """The conditions as text, the budget among them."""
+    """Return the conditions as text, with the budget."""
     budget = f"at most {recorded.spec.conditions.max_picks} picks"
     return ", ".join(filter(None, (budget, recorded.conditions_text)))

@@ -1,4 +1,4 @@
-"""Trials and picks as the plain data that the page shows. The same for a trial being played and for a recorded one."""
+"""Trials and picks as plain data for the page, whether a trial is being played or was recorded."""
 
 from collections.abc import Collection, Mapping
 from typing import Any
@@ -29,7 +29,7 @@ WHY_NOT = {
 
 
 def trial_page(trial: RecordedTrial) -> dict[str, Any]:
-    """The trial, and a line per pick."""
+    """Return the trial, and a line per pick."""
     over, started = trial.result is not None, trial.started
     return {
         "problem": started.problem if started else trial.spec.problem,
@@ -46,7 +46,7 @@ def trial_page(trial: RecordedTrial) -> dict[str, Any]:
 
 
 def pick_page(trial: RecordedTrial, number: int) -> dict[str, Any]:
-    """All about one pick but its pictures and arrays. Raises InputError where there is no such pick."""
+    """Return everything about one pick but its pictures and arrays. Raises InputError if there is no such pick."""
     pick, view = trial.pick(number), trial.view(number)
     over, decided = trial.result is not None, pick.decided
     evidence = decided.evidence if decided else Evidence()
@@ -61,7 +61,7 @@ def pick_page(trial: RecordedTrial, number: int) -> dict[str, Any]:
         "plain": plain,
         "likely": LIKELY,
         "target_visible": pick.looked.target_visible,
-        # Who is not told which object is the target may be told by a person.
+        # If the target was not recognised, a person may point it out.
         "may_name_target": bool(pick.looked.true_ids) and not pick.looked.target_visible,
         "max_picks": trial.started.max_picks if trial.started else None,
         "graphs": graphs,
@@ -74,7 +74,7 @@ def pick_page(trial: RecordedTrial, number: int) -> dict[str, Any]:
 
 
 def _pick_line(number: int, pick: RecordedPick, over: bool) -> dict[str, Any]:
-    """What was chosen and what came of it; while a person decides, only what any planner is told of earlier picks."""
+    """Return choice and outcome; while a person decides, only what any planner knows of earlier picks."""
     decided, executed = pick.decided, pick.executed
     line: dict[str, Any] = {
         "pick": number,
@@ -115,7 +115,7 @@ def _objects(looked: LookedLine, view: PickView | None, plain: bool) -> list[dic
 
 
 def why_not(o: ObjectView | None) -> str:
-    """In words, why an object has no valid grasp, apart from what blocks it; the most frequent reasons first."""
+    """Say why an object has no valid grasp, apart from what blocks it; the most frequent reasons first."""
     if o is None:
         return ""
     if not o.statuses:
@@ -127,12 +127,12 @@ def why_not(o: ObjectView | None) -> str:
 
 
 def _box(place: tuple[slice, slice] | None) -> list[int] | None:
-    """Left, top, right, bottom."""
+    """Return left, top, right, bottom."""
     return [place[1].start, place[0].start, place[1].stop - 1, place[0].stop - 1] if place else None
 
 
 def _graph_of(view: PickView | None) -> DependencyGraph | None:
-    """The graph by geometry; None if it was not recorded, or cannot be read."""
+    """Return the graph by geometry; None if it was not recorded, or cannot be read."""
     try:
         return None if view is None else DependencyGraph.from_dict(view.graph)
     except InputError:
@@ -148,7 +148,7 @@ def _graphs(graph: DependencyGraph, probabilities: Mapping[int, float]) -> dict[
 
 
 def _what_the_target_waits_for(graph: DependencyGraph) -> DependencyGraph:
-    """The target, what has to go before it, what has to go before that, and so on."""
+    """Return the part of a graph with the target and everything that has to go before it, directly or not."""
     found, ends = {graph.target}, [graph.target]
     while ends:
         new = {e.target for e in graph.edges if e.source in ends} - found
@@ -179,15 +179,17 @@ def _drawn_graph(graph: DependencyGraph, probabilities: Mapping[int, float]) -> 
 
 
 def _hex_color(object_id: int) -> str:
-    """The color of an object in the marked image."""
+    """Return the colour of an object in the marked image."""
     return "#{:02x}{:02x}{:02x}".format(*object_color(object_id))
 
 
 def find_tags(
     label_image: Int8[np.ndarray, "h w"], ids: Collection[int], *, outlines: bool
 ) -> dict[int, dict[str, Any]]:
-    """By id: `box` (left, top, width, height), the pixel of the object where it belongs (`anchor`: column, row), and
-    whether a `leader` line ties the two. As `mark_image` writes them, or, with `outlines`, as `mark_pixels` does.
+    """Return, by id, where a number is written: like `mark_image` or, with `outlines`, like `mark_pixels`.
+
+    `box` is (left, top, width, height), `anchor` the object's pixel (column, row), and `leader` says whether a line
+    ties the two.
     """
     label = np.where(np.isin(label_image, list(ids)), label_image, -1).astype(np.int16)
     places = number_places(label, {i: i for i in ids}, small=outlines)

@@ -1,4 +1,4 @@
-"""The server, beside whatever else the program does."""
+"""The server, in a thread beside the program."""
 
 import socket
 import threading
@@ -16,7 +16,7 @@ _START_S = 20.0
 
 
 def listen(host: str, port: int) -> socket.socket:
-    """A socket that listens there. Raises InputError where it cannot."""
+    """Return a socket that listens there. Raises InputError if it cannot."""
     if not 0 <= port < 65536:
         raise InputError(f"--port must be 0 (any free one) to 65535, not {port}.")
     try:
@@ -31,7 +31,7 @@ def listen(host: str, port: int) -> socket.socket:
 
 @contextmanager
 def serving(site: Site, sock: socket.socket, token: str | None) -> Iterator[int]:
-    """Serve in a thread of its own while the block runs, and then close the socket of `listen`; gives the port."""
+    """Serve in a thread while the block runs, then close the socket of `listen`; yields the port."""
     port = sock.getsockname()[1]
     with serving_app(make_app(site, token, port), sock):
         yield port
@@ -39,7 +39,7 @@ def serving(site: Site, sock: socket.socket, token: str | None) -> Iterator[int]
 
 @contextmanager
 def serving_app(app: Starlette, sock: socket.socket) -> Iterator[None]:
-    """The same for any application, whose `state.closing` is set at the end."""
+    """Serve any application like `serving`; its `state.closing` is set at the end."""
     # No access log: addresses may hold the token.
     # No web sockets: uvicorn would import a library for them wherever one is installed.
     config = uvicorn.Config(
@@ -63,7 +63,7 @@ def serving_app(app: Starlette, sock: socket.socket) -> Iterator[None]:
 
 
 def address(host: str, port: int, token: str | None) -> str:
-    """What to open in a browser."""
+    """Return the address to open in a browser."""
     shown = socket.gethostname() if host in ("0.0.0.0", "::", "") else host
     shown = f"[{shown}]" if ":" in shown else shown
     return f"http://{shown}:{port}/" + (f"?token={token}" if token else "")

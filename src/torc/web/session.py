@@ -1,7 +1,7 @@
-"""What goes on between the trial, which waits for a person, and the pages, of which there may be any number.
+"""The link between the trial, which waits for a person, and the pages, of which there may be any number.
 
 One thread plays trials and asks; the server's threads read the state and answer. The state is one small record that is
-replaced as a whole: whoever reads it, at any moment and however late, can show where things stand.
+replaced as a whole: a reader at any moment, however late, can show where things stand.
 """
 
 import threading
@@ -16,10 +16,10 @@ from torc.errors import InputError
 
 
 class Phase(StrEnum):
-    """What is going on."""
+    """What is happening."""
 
     READY = "ready"
-    """Waiting for somebody to start a trial."""
+    """Waiting for a page to start a trial."""
     PREPARING = "preparing"
     LOOKING = "looking"
     CHOOSING = "choosing"
@@ -91,7 +91,7 @@ class Session:
         return self._state
 
     def publish(self, **changes: Any) -> None:
-        """Replace parts of the state; pages are told."""
+        """Replace parts of the state and notify the pages."""
         with self._changed:
             self._set(**changes)
 
@@ -100,11 +100,11 @@ class Session:
         return self._ask(phase=Phase.CHOOSING, pick=pick, allowed=allowed, chosen=None)
 
     def ask_start(self, waiting: tuple[str, ...], message: str) -> str:
-        """Wait until somebody starts one of these trials; its key."""
+        """Wait until a page starts one of these trials; return its key."""
         return self._ask(phase=Phase.READY, waiting=waiting, message=message)
 
     def choose(self, choice: Choice) -> None:
-        """Answer `ask_object`. Raises RefusedError: another pick or trial, answered already, or no allowed object."""
+        """Answer `ask_object`. Raises RefusedError: another pick or trial, answered before, or object not allowed."""
         with self._changed:
             self._check(choice)
             what = "The expert gave up" if choice.give_up else "Planning the motions"

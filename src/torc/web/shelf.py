@@ -19,15 +19,15 @@ from torc.errors import InputError
 
 @dataclass(frozen=True)
 class Shelf:
-    """Trials below `root`, or `root` itself if that is one; with `only` the one of that name, even before it begins."""
+    """Trials below `root`, or `root` itself if it is a trial; with `only` that name's, even before it begins."""
 
     root: Path
     only: str = ""
     _finished: dict[str, Path] = field(default_factory=dict, repr=False)
-    """Directories that were found before: finished trials stay where they are."""
+    """Directories found before: finished trials stay where they are."""
 
     def directories(self) -> dict[str, Path]:
-        """Key -> directory, sorted by name; a finished trial goes before its own unfinished remains."""
+        """Return directories by key, sorted by name; a finished trial precedes its own unfinished remains."""
         if self.only:
             places = (self.root / self.only, self.root / (self.only + PARTIAL))
             return {trial_key(self.only): p for p in places if (p / LOG).is_file()}
@@ -39,7 +39,7 @@ class Shelf:
         return found
 
     def read(self, key: str) -> RecordedTrial:
-        """The trial of that key. Raises InputError: there is none, or it cannot be read."""
+        """Return the trial of that key. Raises InputError: there is none, or it cannot be read."""
         try:
             return read_trial(self._finished.get(key) or self._find(key))
         except InputError:
@@ -58,7 +58,7 @@ class Shelf:
         return directory
 
     def lines(self) -> list[dict[str, Any]]:
-        """A line per trial."""
+        """Return a line per trial."""
         return [{"key": key, **self._line(path)} for key, path in self.directories().items()]
 
     def _line(self, directory: Path) -> dict[str, Any]:
@@ -73,12 +73,12 @@ class Shelf:
             return {**line, "status": "unreadable", "error": str(error)}
 
     def withholds(self, trial: RecordedTrial) -> bool:
-        """No: whoever looks here has nothing to play."""
+        """Return False: a reader of recorded trials has nothing to play."""
         return False
 
 
 def open_shelf(root: Path) -> Shelf:
-    """The trials of a directory. Raises InputError where there are none."""
+    """Return the trials of a directory. Raises InputError if there are none."""
     shelf = Shelf(root)
     check_directory(root)
     if not shelf.directories():

@@ -23,15 +23,20 @@ class Box:
 
 @dataclass(frozen=True)
 class Bin:
-    """An open bin beside the table, metres: centre of its floor's upper side; inner length along x, along y, and height
-    of the walls above the floor; thickness of walls and floor."""
+    """An open bin beside the table, in metres.
+
+    Attributes:
+        center: centre of the floor's upper side, world frame.
+        inner_size: inner length along x, along y, and height of the walls above the floor.
+        wall_m: thickness of walls and floor.
+    """
 
     center: tuple[float, float, float]
     inner_size: tuple[float, float, float]
     wall_m: float
 
     def boxes(self) -> tuple[Box, ...]:
-        """Floor and walls."""
+        """Return floor and walls as boxes."""
         (cx, cy, cz), (lx, ly, h), w = self.center, self.inner_size, self.wall_m
         z = cz + h / 2
         return (
@@ -45,7 +50,7 @@ class Bin:
 
 @dataclass(frozen=True)
 class CameraMount:
-    """The camera: an ideal pinhole; pose in the OpenCV frame, image size in pixels."""
+    """The camera: an ideal pinhole, with its pose (OpenCV axes) and image size in pixels."""
 
     T_world_camera: Pose
     width: int
@@ -60,8 +65,13 @@ class CameraMount:
 
 @dataclass(frozen=True)
 class Room:
-    """Where generated problems put their objects: centre and lengths along x and y, metres, world frame; how high an
-    object may be; and whether objects can be let fall into it from above (there is no roof)."""
+    """Where generated problems put their objects.
+
+    Attributes:
+        center, size: centre and lengths along x and y, metres, world frame.
+        height_m: how high an object may be.
+        open_above: objects can be dropped in from above (there is no roof).
+    """
 
     center: tuple[float, float]
     size: tuple[float, float]
@@ -71,10 +81,19 @@ class Room:
 
 @dataclass(frozen=True)
 class Workspace:
-    """Where the task takes place. The upper side of the table's board is the support surface and the floor of the grid,
-    the region that the occlusion volume covers. Above the bin the gripper opens with its TCP at `drop_position`.
-    `source` is the fingerprint of the file. `room` is for generated problems; without one they use the middle of the
-    paper's table."""
+    """Where the task takes place.
+
+    Attributes:
+        table: its board; the upper side is the support surface and the floor of the grid.
+        bin: the bin.
+        camera: the camera.
+        grid: the watched region, which the occlusion volume covers.
+        drop_position: the TCP's position when the gripper opens above the bin.
+        obstacles: further fixed boxes.
+        name: its name.
+        source: fingerprint of the file.
+        room: for generated problems; without one they use the middle of the paper's table.
+    """
 
     table: Box
     bin: Bin
@@ -88,9 +107,9 @@ class Workspace:
 
     @property
     def support_z_m(self) -> float:
-        """Height of the support surface."""
+        """Height of the support surface in the world."""
         return self.table.center[2] + self.table.size[2] / 2
 
     def static_boxes(self) -> tuple[Box, ...]:
-        """All fixed obstacles: the table's board, the bin, and what else stands there."""
+        """Return all fixed obstacles: the table's board, the bin, and the other boxes."""
         return (self.table, *self.bin.boxes(), *self.obstacles)

@@ -1,4 +1,4 @@
-"""What makes no sense in a workspace: a camera that sees nothing of the table, and places where nothing can be."""
+"""Find mistakes in a workspace: a camera that sees none of the table, and impossible places."""
 
 from collections.abc import Iterator
 
@@ -10,12 +10,12 @@ from torc.workspace.description import Box, Workspace
 
 _ACROSS = 21
 _LEAST_SEEN = 0.05
-"""Share of the region's floor over the table that the camera has to see."""
+"""Least share of the region's floor over the table that the camera must see."""
 _FARTHEST_M = 8.0
 
 
 def faults(workspace: Workspace) -> list[str]:
-    """What is wrong with a workspace, each fault with the fields that it is about; empty for one that makes sense."""
+    """Return what is wrong with a workspace, each fault with the fields concerned; empty if nothing is."""
     return [*_camera_faults(workspace), *_place_faults(workspace)]
 
 
@@ -59,7 +59,7 @@ def _place_faults(workspace: Workspace) -> Iterator[str]:
 
 
 def _solids(workspace: Workspace) -> Iterator[Box]:
-    """Where no camera can be: table, bin with what is in it, and obstacles."""
+    """Yield the boxes where no camera can be: table, bin with its content, and obstacles."""
     yield from workspace.static_boxes()
     (x, y, z), size = workspace.bin.center, workspace.bin.inner_size
     yield Box("bin", (x, y, z + size[2] / 2), size)
@@ -70,7 +70,7 @@ def _inside(point: np.ndarray, box: Box) -> bool:
 
 
 def watched_table(workspace: Workspace, across: int) -> Float[np.ndarray, "n 3"]:
-    """Points of the region's floor that lie over the table; `across` along each side of the region."""
+    """Return points of the region's floor that lie over the table, `across` along each side of the region."""
     low, high, table = workspace.grid.origin, workspace.grid.upper, workspace.table
     steps = (np.arange(across) + 0.5) / across
     x, y = np.meshgrid(*(low[i] + steps * (high[i] - low[i]) for i in (0, 1)))
@@ -80,7 +80,7 @@ def watched_table(workspace: Workspace, across: int) -> Float[np.ndarray, "n 3"]
 
 
 def _seen(workspace: Workspace, points: np.ndarray) -> tuple[float, float]:
-    """Share of the points in the camera's picture, and the camera's distance from the nearest."""
+    """Return the share of the points in the camera's picture, and the camera's distance from the nearest, metres."""
     camera = workspace.camera
     u, v, depth_m = project(points, camera.K, camera.T_world_camera)
     inside = (depth_m > 0) & (u > -0.5) & (u < camera.width - 0.5) & (v > -0.5) & (v < camera.height - 0.5)

@@ -1,4 +1,4 @@
-"""Workspace files (`torc-workspace/1`): table, bin, camera and watched region, as a robot is a file."""
+"""Workspace files (`torc-workspace/1`): table, bin, camera and watched region."""
 
 from functools import cache
 from pathlib import Path
@@ -16,7 +16,7 @@ from torc.workspace.description import Bin, Box, CameraMount, Room, Workspace
 from torc.workspace.faults import faults
 
 DATA = Path(__file__).parent / "data"
-"""Where the shipped workspaces are."""
+"""The directory of the shipped workspaces."""
 EXAMPLE = DATA / "paper.yaml"
 """A shipped workspace, to compare with."""
 _MAX_BYTES = 100_000
@@ -31,7 +31,7 @@ Size = tuple[Positive, Positive, Positive]
 
 @cache
 def workspace_names() -> tuple[str, ...]:
-    """The workspaces that are shipped."""
+    """Return the names of the shipped workspaces."""
     return tuple(sorted(p.stem for p in DATA.glob("*.yaml")))
 
 
@@ -55,7 +55,7 @@ def load_workspace(name_or_path: str | Path = "paper") -> Workspace:
 
 
 def own_workspace_source(name_or_path: str) -> str:
-    """Fingerprint of a workspace of the user's own; "" for those that come with torc. Raises as `load_workspace`."""
+    """Return the fingerprint of a user-defined workspace; "" for a shipped one. Raises like `load_workspace`."""
     workspace = load_workspace(name_or_path)
     return "" if name_or_path in workspace_names() else workspace.source
 
@@ -81,7 +81,7 @@ class _BinEntry(_Strict):
 
 
 class _CameraEntry(_Strict):
-    """The camera: an ideal pinhole. Its pose, OpenCV axes, as a matrix, or as a position and what it looks at."""
+    """The camera: an ideal pinhole. Its pose, OpenCV axes, is a matrix, or a position and a point that it looks at."""
 
     position: Vec | None = None
     look_at: Vec | None = None
@@ -185,7 +185,7 @@ def _read(path: Path) -> Workspace:
         drop_position=bin_.drop_position,
         obstacles=tuple(Box(o.name, o.center, o.size) for o in entry.obstacles),
         name=entry.name,
-        # A file without a room is what it was before there were any.
+        # A file without a room reads as before rooms existed.
         source=fingerprint(entry.model_dump(exclude=set() if entry.room else {"room"})),
         room=None if entry.room is None else entry.room.room(),
     )

@@ -1,4 +1,4 @@
-"""Whether ORACLE's costs are a bound: what its trials say of themselves, and what other planners show."""
+"""Whether ORACLE's costs are a bound: its trials' own marks, and what other planners show."""
 
 from collections import Counter, defaultdict
 from typing import Any
@@ -15,9 +15,9 @@ MARKS = (Bound.PROVED.value, Bound.LIKELY.value, Bound.FOUND.value, UNRECORDED, 
 
 
 def better_trials(table: Table) -> list[tuple[TrialRow, list[TrialRow]]]:
-    """Every completed trial of ORACLE with the trials of others that did with less on the same problem and seed.
+    """Return every completed trial of ORACLE with the trials of others that did with less on that problem and seed.
 
-    Less is a lower cost, or the same cost and fewer drops; the best come first.
+    Less is a lower cost, or equal cost and fewer drops; the best come first.
     """
     others: dict[tuple[str, int], list[TrialRow]] = defaultdict(list)
     for row in table.rows:
@@ -30,11 +30,11 @@ def better_trials(table: Table) -> list[tuple[TrialRow, list[TrialRow]]]:
 
 
 def bound_summary(table: Table) -> dict[str, Any] | None:
-    """Plain data: problems, those with nothing but proved trials, marks; None where ORACLE has completed no trial."""
+    """Return plain data: problems, those with only proved trials, marks; None if ORACLE has completed no trial."""
     trials = better_trials(table)
     if not trials:
         return None
-    # Who is beaten has proved nothing, whatever its trial says.
+    # A beaten trial has proved nothing, whatever it says.
     found = [(row, BEATEN if better else row.bound or UNRECORDED) for row, better in trials]
     counts, problems = Counter(mark for _, mark in found), {row.problem for row, _ in found}
     doubtful = {row.problem for row, mark in found if mark != Bound.PROVED.value}
@@ -47,7 +47,7 @@ def bound_summary(table: Table) -> dict[str, Any] | None:
 
 
 def bound_sentence(table: Table, planner: str) -> str:
-    """The planner's gap to ORACLE and what it is worth; "" where ORACLE has completed no trial."""
+    """Return the planner's gap to ORACLE and what it is worth; "" if ORACLE has completed no trial."""
     found = bound_summary(table)
     if found is None:
         return ""
@@ -62,7 +62,7 @@ def bound_sentence(table: Table, planner: str) -> str:
 
 
 def beaten_table(table: Table) -> TextTable:
-    """The trials in which another planner did with less than ORACLE."""
+    """Return the trials in which another planner did with less than ORACLE."""
     rows = []
     for row, better in better_trials(table):
         if better:

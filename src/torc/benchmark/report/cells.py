@@ -1,4 +1,4 @@
-"""What stands in the report: tables, links to trials in the viewer, numbers in words."""
+"""Content of the report: tables, links to trials in the viewer, numbers in words."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -35,21 +35,22 @@ class TextTable:
 
 
 def address_of(table: Table, row: TrialRow, pick: int = 0) -> str | None:
-    """Return the link to a pick of a trial; None for trials without a log, and where no viewer shows all trials. In a
-    viewer's page it leads to the pick, in the file of the report to the trial's `Opening`.
+    """Return the link to a pick of a trial; None for trials without a log, and where no viewer shows all trials.
+
+    In a viewer's page it leads to the pick, in the file of the report to the trial's `Opening`.
     """
     shown = table.has_place and (row.directory / LOG).is_file()
     return trial_link(table.root, row.directory, pick) if shown else None
 
 
 def trial_cell(table: Table, row: TrialRow) -> Link | str:
-    """The directory of a trial, a link if the viewer can show it."""
+    """Return the directory of a trial, a link if the viewer can show it."""
     address, name = address_of(table, row), row.directory.relative_to(table.root).as_posix()
     return name if address is None else Link(name, address, "code")
 
 
 def outcome(row: TrialRow) -> str:
-    """How a trial ended."""
+    """Return how a trial ended, in words."""
     if not row.completed:
         return row.status
     if row.absent:
@@ -58,7 +59,7 @@ def outcome(row: TrialRow) -> str:
 
 
 def signed_text(found: Estimate, digits: int) -> str:
-    """A difference with its interval, signs and all; empty where there is none."""
+    """Return a difference with its interval and signs; empty if there is none."""
     if not np.isfinite(found.value):
         return ""
     low, high = (f"{v:+.{digits}f}" if np.isfinite(v) else "?" for v in (found.low, found.high))
@@ -66,5 +67,5 @@ def signed_text(found: Estimate, digits: int) -> str:
 
 
 def seconds_text(found: Estimate) -> str:
-    """The value alone, in two significant digits."""
+    """Return the value alone, in two significant digits."""
     return found.text(None).partition(" ")[0]

@@ -1,7 +1,7 @@
 """The figures: the paper's 9 and 10 from our trials, with the paper's own values beside them, and every problem.
 
-Colors are those of M. Okabe and K. Ito, which people of every color vision can tell apart; hatches and markers say the
-same again. matplotlib is imported when the first figure is drawn.
+Colours are those of M. Okabe and K. Ito, which people of every colour vision can distinguish; hatches and markers
+repeat the distinction. matplotlib is imported when the first figure is drawn.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ _MARKERS = "osD^v<>P"
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure, drawn: `name` of its files, `text` is for those who do not see it; `wide`: of the whole page."""
+    """A drawn figure: `name` of its files, `text` for those who do not see it; `wide` if it takes the whole page."""
 
     name: str
     title: str
@@ -55,9 +55,9 @@ class Picture:
 
 
 def draw_all(table: Table, planners: Sequence[str]) -> list[Picture]:
-    """All figures, planners in the given order; those without a completed trial are left out.
+    """Draw all figures, planners in the given order; those without a completed trial are left out.
 
-    Raises MissingDependencyError: matplotlib is not installed.
+    Raises MissingDependencyError if matplotlib is not installed.
     """
     shown = [p for p in planners if table.completed(p)]
     if not shown:
@@ -81,7 +81,7 @@ def draw_all(table: Table, planners: Sequence[str]) -> list[Picture]:
 
 
 def _on_robot(name: str, title: str, text: str) -> tuple[str, str]:
-    """Title and text of the same figure of a real robot."""
+    """Return title and text of the figure for a real robot."""
     title = title.replace("figure 9", "figure 11").replace("figure 10", "figure 12")
     if name in ("picks", "decision_time"):
         text = f"{text.partition(' Diamonds:')[0]} The paper draws its own without numbers."
@@ -113,7 +113,7 @@ def _boxes(
     label: str,
     log: bool = False,
 ) -> Figure:
-    """A box, and points, of all values of each planner's completed trials."""
+    """Draw a box and points of all values of each planner's completed trials."""
     figure, (axes,) = _new_figure(max(5.4, 1.8 + 0.85 * len(planners)), 3.8)
     rng = np.random.default_rng(0)
     for i, planner in enumerate(planners):
@@ -183,7 +183,7 @@ def _problems(table: Table, planners: list[str]) -> Figure:
 
 
 def _new_figure(width: float, height: float, columns: int = 1) -> tuple[Figure, Any]:
-    """A figure with axes side by side; inches."""
+    """Return a figure with axes side by side; inches."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(width, height))
@@ -195,7 +195,7 @@ def _color(index: int) -> str:
 
 
 def _name_planners(axes: Axes, planners: list[str], legend: bool = True) -> None:
-    """Planners along the x axis, the legend above."""
+    """Write the planners along the x axis, the legend above."""
     axes.set_xticks(range(len(planners)), [p.replace("[", "\n[") for p in planners], rotation=20, ha="right")
     axes.set_xlim(-0.6, len(planners) - 0.4)
     if legend and axes.get_legend_handles_labels()[0]:
@@ -203,7 +203,7 @@ def _name_planners(axes: Axes, planners: list[str], legend: bool = True) -> None
 
 
 def _whisker(axes: Axes, x: float, found: Estimate) -> None:
-    """An interval as a line; none where it has no end."""
+    """Draw an interval as a line; nothing if it is infinite."""
     if np.isfinite(found.high):
         below, above = max(found.value - found.low, 0.0), max(found.high - found.value, 0.0)
         axes.errorbar(x, found.value, [[below], [above]], color=_INK, capsize=4, linewidth=1.3, zorder=3)
@@ -212,7 +212,7 @@ def _whisker(axes: Axes, x: float, found: Estimate) -> None:
 def _mark_paper(
     axes: Axes, i: int, method: PaperMethod | None, values: Callable[[PaperMethod], list[float]]
 ) -> None:
-    """The paper's values beside a planner's; an entry of the legend with the first that there are."""
+    """Mark the paper's values beside a planner's; the first marks make the entry of the legend."""
     if marks := values(method) if method else []:
         label = None if "the paper" in axes.get_legend_handles_labels()[1] else "the paper"
         axes.scatter([i + 0.36] * len(marks), marks, **_PAPER_MARK, label=label)

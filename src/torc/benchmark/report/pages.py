@@ -1,4 +1,4 @@
-"""The report as one HTML page that needs nothing else (no scripts, no network, pictures inside), and as Markdown."""
+"""The report as one self-contained HTML page (no scripts, no network, pictures inside), and as Markdown."""
 
 import base64
 import re
@@ -160,5 +160,5 @@ def _joined(cell: Cell | Paragraph, inline: Callable[[str | Link], str], between
 
 
 def _plain(text: str) -> str:
-    """Text that Markdown shows as it is."""
+    """Escape text so that Markdown shows it unchanged."""
     return _SPECIAL.sub(r"\\\1", re.sub(r"\s+", " ", text))

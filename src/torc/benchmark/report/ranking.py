@@ -1,4 +1,4 @@
-"""Which planner is best by the paper's objectives, which ones the trials cannot tell from it, and the answer in words.
+"""Rank planners by the paper's objectives: the best, those that the trials cannot distinguish from it, and the verdict.
 
 The primary objective is to minimise the picks until the target is retrieved, the secondary one to minimise the objects
 dropped (the paper: Task Planning Solutions for TORC). A trial that never retrieves the target has spent its budget and
@@ -27,10 +27,10 @@ class Standing:
     Attributes:
         cost, success, drops: of its completed trials.
         completed, played, planned: numbers of trials.
-        reference: not a planner to use: in some trial it was no participant.
-        behind: against the leader; None for the leader itself, and where they share no trial.
-        p: of no difference in cost from the leader, corrected for the number of planners; None as `behind`, and for
-            references.
+        reference: in some trial it was not a participant, so it is not a planner to use.
+        behind: compared with the leader; None for the leader itself, and if they share no trial.
+        p: probability of this difference in cost from an equal leader, corrected for the number of planners; None like
+            `behind`, and for references.
     """
 
     planner: str
@@ -46,18 +46,18 @@ class Standing:
 
     @property
     def ties(self) -> bool:
-        """The trials cannot tell it from the leader by the primary objective."""
+        """True if the trials cannot distinguish it from the leader by the primary objective."""
         return self.p is not None and not self.p < ALPHA
 
     @property
     def errored(self) -> float:
-        """Share of the played trials."""
+        """Share of the played trials that were errored."""
         return 1 - self.completed / self.played if self.played else 0.0
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """The answer: a planner's label, or None where there is none to name; and sentences."""
+    """The answer: a planner's label, or None if there is none to name; and sentences."""
 
     planner: str | None
     answer: str
@@ -67,7 +67,7 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Ranking:
-    """Planners in order, and the trials that count. Where planners share no problem they are not `comparable`."""
+    """Planners in order, and the trials that count. Planners that share no problem are not `comparable`."""
 
     table: Table
     standings: list[Standing]
@@ -76,7 +76,7 @@ class Ranking:
 
 
 def rank(table: Table) -> list[Standing]:
-    """All planners: by picks to retrieval, then drops; those without a completed trial last, references after all."""
+    """Return all planners by picks to retrieval, then drops; then those without completed trials, references last."""
     standings = sorted((_standing(table, planner) for planner in table.planners), key=_order)
     leader = _leader(standings)
     if leader is None:
@@ -113,12 +113,12 @@ def _order(standing: Standing) -> tuple[bool, bool, float, float, str]:
 
 
 def _leader(standings: Sequence[Standing]) -> Standing | None:
-    """The others are compared with it."""
+    """Return the planner that the others are compared with."""
     return next((s for s in standings if not s.reference and s.completed), None)
 
 
 def rank_on_common_ground(table: Table) -> Ranking:
-    """The ranking over the problems that every planner has trials of: means over different ones do not compare.
+    """Rank over the problems that every planner has trials of: means over different ones do not compare.
 
     References may have fewer.
     """
@@ -144,7 +144,7 @@ def rank_on_common_ground(table: Table) -> Ranking:
 
 
 def verdict(table: Table, standings: Sequence[Standing]) -> Verdict:
-    """By the primary objective, and by the secondary one where the first cannot tell."""
+    """Decide by the primary objective, and by the secondary one if the first cannot."""
     leader, warnings = _leader(standings), tuple(_warnings(table, standings))
     if leader is None:
         answer = "No planner has completed a trial yet."

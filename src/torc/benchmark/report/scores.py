@@ -1,4 +1,4 @@
-"""The tables of the scores that separate planners, and what each bound says."""
+"""Tables of the scores that distinguish planners, and the meaning of each bound."""
 
 from collections.abc import Sequence
 
@@ -33,7 +33,7 @@ BOUNDS = (
 
 
 def within_table(table: Table, planners: Sequence[str]) -> TextTable:
-    """Share of trials solved within k picks."""
+    """Return the share of trials solved within k picks."""
     budget = max((r.max_picks for r in table.rows), default=0)
     columns = [k for k in WITHIN if k < budget] + [budget]
     rows = [
@@ -50,7 +50,7 @@ def within_table(table: Table, planners: Sequence[str]) -> TextTable:
 
 
 def scores_table(table: Table, planners: Sequence[str]) -> TextTable:
-    """Efficiency, regret, drops at a price, and failures by kind; what needs a bound only where it was played."""
+    """Return efficiency, regret, drops at a price, and failures by kind; bounds only if they were played."""
     bounds = [b for b in (ORACLE, INFORMED) if table.completed(b)]
     rows = []
     for p in planners:
@@ -82,7 +82,7 @@ def scores_table(table: Table, planners: Sequence[str]) -> TextTable:
 
 
 def give_ups_table(table: Table, planners: Sequence[str]) -> TextTable:
-    """Where the target is not there in some problems: who said so, after how many picks, and who said so wrongly."""
+    """Return who gave up rightly where the target is absent, after how many picks, and who gave up wrongly."""
     rows = []
     for p in planners if any(r.absent for r in table.rows) else ():
         if done := table.completed(p):
@@ -105,7 +105,7 @@ def give_ups_table(table: Table, planners: Sequence[str]) -> TextTable:
 
 
 def score_summary(table: Table, planner: str) -> dict[str, Estimate]:
-    """The same by name, as data."""
+    """Return the scores by name, as data."""
     done = table.completed(planner)
     scores = {
         f"within {k}": within(done, k) for k in range(1, max((r.max_picks for r in done), default=0) + 1)

@@ -1,4 +1,4 @@
-"""The tables of the report, before anybody makes HTML or Markdown of them."""
+"""The tables of the report, before they become HTML or Markdown."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -30,7 +30,7 @@ _STANDING = (
 
 
 def ranking_table(standings: Sequence[Standing], table: Table, comparable: bool = True) -> TextTable:
-    """A row per planner that competes, best first; without ranks where they are not comparable."""
+    """Return a row per competing planner, best first; without ranks if they are not comparable."""
     ranked = [s for s in standings if not s.reference]
     rows = [
         (f"{place}" if s.completed and comparable else "-", *_standing_cells(s, table))
@@ -45,7 +45,7 @@ def ranking_table(standings: Sequence[Standing], table: Table, comparable: bool 
 
 
 def references_table(standings: Sequence[Standing], table: Table) -> TextTable:
-    """The same of those that do not compete."""
+    """Return a row per planner that does not compete."""
     note = (
         "To compare with, not to use. They know more than planners are told: the simulation (the oracle, a simulated "
         "model, any planner that took hold of it), or, of a person, the view from outside."
@@ -67,7 +67,7 @@ def _standing_cells(s: Standing, table: Table) -> tuple[str, ...]:
 
 
 def measures_table(table: Table, planners: Sequence[str]) -> TextTable:
-    """Every measure, structured and unstructured scenes apart."""
+    """Return every measure, structured and unstructured scenes separately."""
     rows = [
         (planner, category or "all", str(len(done)), *(m.of(done).text(m.digits) for m in MEASURES))
         for planner in planners
@@ -79,7 +79,7 @@ def measures_table(table: Table, planners: Sequence[str]) -> TextTable:
 
 
 def comparison_table(table: Table, planners: Sequence[str]) -> TextTable:
-    """Every pair of planners on the same problems and seeds."""
+    """Compare every pair of planners on the same problems and seeds."""
     pairs = combinations([p for p in planners if table.completed(p)], 2)
     found = [c for c in (compare(table, *pair) for pair in pairs) if c.pairs]
     rows = []
@@ -96,7 +96,7 @@ def comparison_table(table: Table, planners: Sequence[str]) -> TextTable:
 
 
 def causes_tables(table: Table, planners: Sequence[str]) -> list[TextTable]:
-    """How attempts and trials ended."""
+    """Count how attempts and trials ended."""
     tables = []
     done = {p: table.completed(p) for p in planners}
     ends = {p: Counter(r.end for r in rows) for p, rows in done.items()}
@@ -113,7 +113,7 @@ def causes_tables(table: Table, planners: Sequence[str]) -> list[TextTable]:
 
 
 def promises_table(table: Table, planners: Sequence[str]) -> TextTable:
-    """What the grasps that were carried out promised, and what came of them."""
+    """Compare what the executed grasps promised with what happened."""
     rows = []
     for planner in planners:
         done = table.completed(planner)
@@ -130,7 +130,7 @@ def promises_table(table: Table, planners: Sequence[str]) -> TextTable:
 
 
 def errors_table(table: Table) -> TextTable:
-    """The errored trials: never scored."""
+    """List the errored trials, which are never scored."""
     rows = []
     for r in table.rows:
         if r.status not in ("completed", "missing"):
@@ -142,7 +142,7 @@ def errors_table(table: Table) -> TextTable:
 
 
 def sets_table(table: Table, planners: Sequence[str], best: str | None) -> TextTable:
-    """A row per set and planner, none where all are of one set. `best` is whom the others are compared with."""
+    """Return a row per set and planner; none if all are of one set. The others are compared with `best`."""
     rows = []
     sets = {problem: set_of(problem) or "others" for problem in table.problems}
     names = sorted(set(sets.values()))
@@ -177,7 +177,7 @@ _NOTE = (
 
 
 def vlm_table(table: Table, planners: Sequence[str]) -> TextTable:
-    """A row per planner that asked a model."""
+    """Return a row per planner that asked a model."""
     rows = []
     for planner in planners:
         asked = [row for row in table.of(planner) if row.vlm_calls is not None]
@@ -203,7 +203,7 @@ def _cells(rows: Sequence[TrialRow]) -> tuple[str, ...]:
 
 
 def _known(values: Sequence[float | None]) -> list[float] | None:
-    """The values; None where one is not known: a sum without it would be too small."""
+    """Return the values; None if one is unknown: a sum without it would be too small."""
     found = [v for v in values if v is not None]
     return found if len(found) == len(values) else None
 

@@ -1,4 +1,4 @@
-"""Every trial as a square with a link, and pictures of what went wrong in those that failed."""
+"""Every trial as a square with a link, and pictures of what went wrong in failed ones."""
 
 import base64
 import io
@@ -25,7 +25,7 @@ _MAX_WIDTH, _JPEG_QUALITY = 480, 78
 
 
 def trial_board(table: Table, planners: Sequence[str]) -> TextTable:
-    """A square per trial: problems down, planners across in the given order, seeds side by side."""
+    """Return a square per trial: problems down, planners across in the given order, seeds side by side."""
     cells: dict[tuple[str, str], tuple[Link, ...]] = defaultdict(tuple)
     for row in table.rows:
         cells[row.problem, row.planner] += (_square(table, row),)
@@ -34,7 +34,7 @@ def trial_board(table: Table, planners: Sequence[str]) -> TextTable:
 
 
 def _square(table: Table, row: TrialRow) -> Link:
-    """The picks where the target was retrieved, else a mark."""
+    """Show the picks if the target was retrieved, else a mark."""
     if not row.completed:
         kind, text = ("missing", _MISSING) if row.status == "missing" else ("errored", _ERRORED)
     elif not row.solved:
@@ -56,7 +56,7 @@ class Failure:
 
 
 def failures(table: Table, planners: Sequence[str], most: int) -> tuple[list[Failure], int]:
-    """At most so many failed trials, planners and causes in turn; and how many there are in all."""
+    """Return at most this many failed trials, planners and causes in turn; and the number of all."""
     queues: dict[tuple[str, str], deque[TrialRow]] = defaultdict(deque)
     for planner in planners:
         for row in table.completed(planner):
@@ -71,7 +71,7 @@ def failures(table: Table, planners: Sequence[str], most: int) -> tuple[list[Fai
 
 @dataclass(frozen=True)
 class Opening:
-    """What the file of a report shows where a link to a trial leads: how to see it, since no viewer may be running."""
+    """Text behind a link to a trial in the file of a report: how to see the trial, since no viewer may be running."""
 
     address: str
     title: str
@@ -79,7 +79,7 @@ class Opening:
 
 
 def openings(table: Table) -> list[Opening]:
-    """One for each address that `trial_board` and `failures` link to."""
+    """Return an opening for each address that `trial_board` and `failures` link to."""
     found = dict[str, Opening]()
     for row in table.rows:
         failed = row.failed_pick if row.completed and not row.solved else None
@@ -103,7 +103,7 @@ def _failure(table: Table, row: TrialRow) -> Failure:
 
 
 def _small(picture: Path) -> str:
-    """A small copy as JPEG in base64; "" where there is no readable picture."""
+    """Return a small copy as JPEG in base64; "" if there is no readable picture."""
     try:
         image = Image.open(picture).convert("RGB")
     except (OSError, ValueError):

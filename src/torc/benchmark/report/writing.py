@@ -1,4 +1,4 @@
-"""From directories of trials to a directory with the report."""
+"""Write the report on directories of trials."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -48,8 +48,8 @@ _OBJECTIVE = (
 
 @dataclass(frozen=True)
 class View:
-    """The command that shows the trials in a browser, "" where there are none to show; and whether its page has the
-    report, too.
+    """How to see the trials: the command that shows them in a browser, "" without any, and whether its page has the
+    report.
     """
 
     command: str
@@ -76,8 +76,8 @@ class Report:
 def write_report(roots: Sequence[Path], out: Path, gallery: int = 24) -> Report:
     """Write index.html, report.md, figures and tables of the trials of some directories (see `read_tables`) to `out`.
 
-    `gallery` is how many failed trials are shown in pictures, at most. Raises InputError: there are no trials, or
-    the directory cannot be written; MissingDependencyError: matplotlib is not installed.
+    `gallery` is the most failed trials shown in pictures. Raises InputError: there are no trials, or the directory
+    cannot be written; MissingDependencyError: matplotlib is not installed.
     """
     table = read_tables(roots)
     ranking = rank_on_common_ground(table)
@@ -150,7 +150,7 @@ def _sections(
 
 
 def _registered_sections(table: Table) -> list[Section]:
-    """Sections of installed packages, which register functions from the table to a list of them."""
+    """Return the sections of installed packages, which register functions from the table to a list of them."""
     sections, makers = [], registered(SECTIONS)
     for name, load in makers.items():
         with blamed(f"The report's section '{name}'", PartError, "Repair the package, or uninstall it."):
@@ -162,7 +162,7 @@ def _registered_sections(table: Table) -> list[Section]:
 
 
 def _origins(table: Table) -> list[str]:
-    """Sentences on where the trials come from."""
+    """Return sentences on where the trials come from."""
     told = []
     for call in calls(table.root):
         commit, machine = call.get("commit"), call.get("machine", {})
@@ -199,5 +199,5 @@ def _summary(ranking: Ranking) -> dict[str, Any]:
 
 
 def _plain(found: Estimate) -> dict[str, float | int | None]:
-    """JSON has no NaN and no infinity."""
+    """Replace NaN and infinity, which JSON lacks, by None."""
     return {k: v if abs(v) < float("inf") else None for k, v in asdict(found).items()}

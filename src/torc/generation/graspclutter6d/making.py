@@ -1,4 +1,4 @@
-"""The problems of imported scenes: which are asked for, one attempt at each, and what came of it."""
+"""The problems of imported scenes: which are requested, one attempt at each, and the outcomes."""
 
 from collections import Counter
 from contextlib import suppress
@@ -26,12 +26,12 @@ BY_USER = "the user"
 
 
 def problem_name(scene: int, target: str) -> str:
-    """Name of the problem of retrieving one object of a scene: gc6d-249-obj_000017_0."""
+    """Return the name of the problem of retrieving one object of a scene: gc6d-249-obj_000017_0."""
     return f"gc6d-{scene}-{target}"
 
 
 def how_imported(scene: int, config: ImportConfig) -> dict[str, Scalar]:
-    """Entries of a problem's `origin`: which scene it is, and how it was taken over."""
+    """Return entries of a problem's `origin`: which scene it is, and how it was imported."""
     how = {name: getattr(config, name) for name in ("annotation", "camera", "placement")}
     return {"source": "GraspClutter6D", "scene": scene, **how}
 
@@ -44,9 +44,15 @@ def make_problem(
     category: Category | None = None,
     facts: dict[str, Scalar] | None = None,
 ) -> Problem:
-    """The problem of retrieving one object of a settled scene, of which the robot sees a share at first (0..1).
+    """Return the problem of retrieving one object of a settled scene.
 
-    `category` replaces the label, `facts` are further entries of its `origin`.
+    Args:
+        scene: the scene.
+        target: the object's name.
+        in_sight: share of it that the robot sees at first, 0..1.
+        config: how the scene was imported.
+        category: replaces the authors' label.
+        facts: further entries of `origin`.
     """
     label, by = category or published_category(scene.number), BY_USER if category else "the authors' label"
     model = next(o.model for o in scene.problem.objects if o.name == target)
@@ -68,9 +74,9 @@ def make_problem(
 
 
 def find_target(scene: SettledScene, wanted: str) -> str:
-    """The name of the object that a user means by "44_1", "obj_000044_1" or "44".
+    """Return the name of the object that a user means by "44_1", "obj_000044_1" or "44".
 
-    Raises InputError if it is not in the scene, several are meant, or it fell off the table.
+    Raises InputError if it is not in the scene, is ambiguous, or fell off the table.
     """
     object_id, instance = parse_object_name(wanted)
     parsed = {name: parse_object_name(name) for name in scene.annotated}
@@ -89,10 +95,10 @@ def find_target(scene: SettledScene, wanted: str) -> str:
 
 
 def choose_target(scene: SettledScene, view: SceneView, inspector: Inspector) -> str:
-    """The least visible object that makes a problem by the paper's rules; ties go by file order.
+    """Return the least visible object that makes a problem by the paper's rules; ties go by file order.
 
     It and all objects around it (in front, within 15 cm beside, taller) can be grasped when they stand alone, or it
-    could never be retrieved; and it cannot be grasped at once, or there would be nothing to solve. Raises InputError if
+    could never be retrieved; and it cannot be grasped at once, or the problem would be trivial. Raises InputError if
     there is none.
     """
     can_grasp = cache(partial(inspector.graspable_at_all, scene.problem))
@@ -113,11 +119,9 @@ _BY_RULE, _BY_PAPER = "torc", "the paper"
 
 @dataclass(frozen=True)
 class ImportRequest:
-    """What to import from a data set: scenes by number, or the paper's 40 problems (those in `scenes`, if any are
-    named).
+    """What to import from a data set: scenes by number, or the paper's 40 problems (those in `scenes`, if named).
 
-    `target` is the object to retrieve, as `find_target` takes it; None to have one chosen. `category` replaces the
-    label.
+    `target` is the object to retrieve, as for `find_target`; None to have one chosen. `category` replaces the label.
     """
 
     root: Path
@@ -128,7 +132,7 @@ class ImportRequest:
     config: ImportConfig = field(default_factory=ImportConfig)
 
     def wanted(self) -> dict[int, list[str | None]]:
-        """The targets in each scene; None for one that has to be chosen. Raises InputError for a senseless request."""
+        """Return the targets in each scene, None for one to be chosen. Raises InputError for a bad request."""
         image_id(self.config.annotation, self.config.camera)
         if self.target is not None:
             parse_object_name(self.target)
@@ -152,10 +156,12 @@ class ImportRequest:
 
 @dataclass(frozen=True)
 class Attempt:
-    """What came of one problem that was asked for: the problem and its file, or the reason why there is none.
+    """The outcome for one requested problem: the problem and its file, or the reason why there is none.
 
-    `there` says that an earlier call made it, `in_sight` how much of the target is visible at first, `fell` which
-    objects fell off the table.
+    Attributes:
+        there: an earlier call made it.
+        in_sight: how much of the target is visible at first.
+        fell: objects that fell off the table.
     """
 
     scene: int
@@ -176,10 +182,10 @@ def run_import(
     overwrite: bool = False,
     say: Say = lambda _: None,
 ) -> list[Attempt]:
-    """Makes the problems that are asked for and saves them, one file each, named like the problem.
+    """Make the requested problems and save them, one file each, named like the problem.
 
-    A scene that cannot be read or settled does not stop the others. What an earlier call made is kept, unless
-    `overwrite`. Raises InputError for a senseless request, a wrong root, or if `out` cannot be written.
+    A scene that cannot be read or settled does not stop the others. Problems of an earlier call are kept, unless
+    `overwrite`. Raises InputError for an inconsistent request, a wrong root, or if `out` cannot be written.
     """
     wanted = request.wanted()
     check_root(request.root)
@@ -187,7 +193,7 @@ def run_import(
     try:
         out.mkdir(parents=True, exist_ok=True)
         for scene, targets in wanted.items():
-            # Known before the work of settling, so that a run that was interrupted is soon where it was.
+            # Checked before the work of settling, so that an interrupted run quickly catches up.
             kept = [] if overwrite else [_kept(request, inspector, scene, t, out) for t in targets]
             there = {t: a for t, a in zip(targets, kept) if a}
             attempts += there.values()
@@ -203,7 +209,7 @@ def run_import(
 def _attempts(
     request: ImportRequest, scene: int, targets: list[str | None], inspector: Inspector, say: Say
 ) -> list[Attempt]:
-    """One attempt at each problem of a scene."""
+    """Make one attempt at each problem of a scene."""
     if not targets:
         return []
     try:
@@ -228,7 +234,7 @@ def _attempts(
 
 
 def _saved(attempt: Attempt, problem: Problem, out: Path, overwrite: bool) -> Attempt:
-    """The attempt with its problem's file, which is written unless the same problem is there."""
+    """Return the attempt with its problem's file, which is written unless an equal problem is there."""
     file = out / f"{problem.name}.yaml"
     if file.exists() and not overwrite:
         with suppress(InputError):
@@ -244,7 +250,7 @@ def _saved(attempt: Attempt, problem: Problem, out: Path, overwrite: bool) -> At
 def _kept(
     request: ImportRequest, inspector: Inspector, scene: int, wanted: str | None, out: Path
 ) -> Attempt | None:
-    """What an earlier call made of a wanted problem; None if nothing, or if which object is meant is not known yet."""
+    """Return what an earlier call made of a wanted problem; None if nothing, or if the object is not known yet."""
     asked = how_imported(scene, request.config) | robot_facts(inspector.robot)
     pattern = "*"
     if wanted is not None:

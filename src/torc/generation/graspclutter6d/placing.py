@@ -1,4 +1,4 @@
-"""An annotated scene, put on our table and brought to rest; or why it does not come to rest."""
+"""An annotated scene, put on our table and brought to rest; or the reason why it does not come to rest."""
 
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
@@ -41,8 +41,13 @@ _FOLDERS = {
 
 @dataclass(frozen=True, eq=False)
 class ConvertedObject:
-    """An object of the data set as one of ours: the model, the pose of the mesh frame (metres) in the model frame, and
-    what was done to the mesh or odd about it, if it was converted just now."""
+    """An object of the data set as one of ours.
+
+    Attributes:
+        model: the model.
+        T_object_mesh: pose of the mesh frame in the model frame, metres.
+        notes: changes to the mesh and oddities, if it was converted just now.
+    """
 
     model: ObjectModel
     T_object_mesh: Pose
@@ -50,11 +55,14 @@ class ConvertedObject:
 
 
 def find_mesh(root: Path, object_id: int) -> tuple[Path, float]:
-    """The best mesh of an object and its unit in metres: the full ones first, textured before coloured, metres before
-    millimetres. Raises InputError if there is none."""
+    """Return the best mesh of an object and its unit in metres: full before reduced, textured before coloured, metres
+    first.
+
+    Raises InputError if there is none.
+    """
     name = object_stem(object_id)
     for folder, (ending, unit_m) in _FOLDERS.items():
-        # obj2mjcf moves each mesh into a folder of its own.
+        # obj2mjcf moves each mesh into its own folder.
         for path in (root / folder / f"{name}.{ending}", root / folder / name / f"{name}.{ending}"):
             if path.is_file():
                 return path, unit_m
@@ -65,21 +73,21 @@ def find_mesh(root: Path, object_id: int) -> tuple[Path, float]:
 
 
 def model_name(object_id: int) -> str:
-    """Name of an object in the store: gc6d_000017."""
+    """Return the name of an object in the store: gc6d_000017."""
     return f"gc6d_{object_id:06d}"
 
 
 def check_meshes(root: Path, object_ids: Iterable[int]) -> None:
-    """Raises InputError for an object that is neither in the store nor has a mesh; converts nothing."""
+    """Raise InputError for an object that is neither in the store nor has a mesh; convert nothing."""
     for object_id in object_ids:
         if find_stored(model_name(object_id)) is None:
             find_mesh(root, object_id)
 
 
 def convert_object(root: Path, object_id: int, words: str, say: Callable[[str], None]) -> ConvertedObject:
-    """An object of the data set (1..200): from the store, or converted now, which takes up to a minute, and put there.
+    """Return an object of the data set (1..200) from the store, or convert and store it, which takes up to a minute.
 
-    `words` describe it. Raises InputError if it has no usable mesh, or the store holds something else of that name, and
+    `words` describe it. Raises InputError if it has no usable mesh, or the store holds another object of that name, and
     MissingDependencyError without the extra `import`.
     """
     name, notes = model_name(object_id), tuple[str, ...]()
@@ -98,7 +106,7 @@ def convert_object(root: Path, object_id: int, words: str, say: Callable[[str], 
 
 
 def _read(path: Path, unit_m: float, name: str, words: str) -> MeshImport:
-    """The mesh by its folder's unit; by the other one where only that gives a thing of a possible size."""
+    """Read the mesh in its folder's unit, or in the other one if only that gives a possible size."""
     try:
         return read_mesh(path, MeshOptions(name=name, description=words, scale=unit_m))
     except InputError as error:
@@ -109,15 +117,16 @@ def _read(path: Path, unit_m: float, name: str, words: str) -> MeshImport:
 
 
 PLACEMENTS = {
-    # Where the arm reaches best; the fall is short, so that what stands keeps standing.
+    # Where the arm reaches best; the fall is short, so that standing objects stay upright.
     "torc": (0.65, -0.12, 0.005),
-    # As the retrieval paper's converter does it: make_mjcf.py in
+    # Like the retrieval paper's converter: make_mjcf.py in
     # https://github.com/DanManN/graspclutter6d_mujoco_sim puts the scene's box 5 cm before the middle (.8, 0, 1.05) of
     # the table and 3 cm above it.
     "paper": (0.75, 0.0, 0.03),
 }
-"""Where the bounding box of a whole scene goes: x and y of its middle in the world, and how far its lower side is above
-the table, for the annotated heights are only good to centimetres; metres."""
+"""Where the bounding box of a whole scene goes: x and y of its middle in the world, and the height of its lower side
+above the table, since the annotated heights are only good to centimetres; metres.
+"""
 _ALONE = "nothing stands around a target: choose another scene"
 
 Say = Callable[[str], None]
@@ -125,10 +134,10 @@ Say = Callable[[str], None]
 
 @dataclass(frozen=True)
 class ImportConfig:
-    """How a scene is taken over: one of PLACEMENTS, and the picture whose annotation is taken, by default the paper's.
+    """How a scene is imported: one of PLACEMENTS, and the picture whose annotation is used, by default the paper's.
 
-    Objects inside each other are pushed apart first. A scene that is not still after it has settled gets more
-    time, `patience` times in all.
+    Objects inside each other are pushed apart first. A scene that is not still after it has settled gets more time,
+    `patience` times in all.
     """
 
     placement: str = "torc"
@@ -145,8 +154,15 @@ class ImportConfig:
 
 @dataclass(frozen=True)
 class SettledScene:
-    """A scene at rest on our table: what is still there, as a problem whose target is only a stand-in; where the
-    annotation had put all objects, by name; which fell off the table; and what was odd, for people."""
+    """A scene at rest on our table.
+
+    Attributes:
+        number: its number.
+        problem: the remaining objects, as a problem whose target is only a stand-in.
+        annotated: where the annotation had put all objects, by name.
+        fell: objects that fell off the table.
+        notes: oddities, for people.
+    """
 
     number: int
     problem: Problem
@@ -158,7 +174,7 @@ class SettledScene:
 def settle_scene(
     root: Path, scene: AnnotatedScene, config: ImportConfig | None = None, say: Say = lambda _: None
 ) -> SettledScene:
-    """Puts an annotated scene on our table and lets it come to rest.
+    """Put an annotated scene on our table and let it come to rest.
 
     Converted meshes of the data set (`root`) are kept in the user's object store. Raises InputError if meshes cannot be
     used, the scene does not come to rest, or fewer than two objects are left.
@@ -199,7 +215,7 @@ def settle_scene(
 def place_objects(
     scene: AnnotatedScene, objects: Mapping[int, ConvertedObject], placement: str
 ) -> tuple[ObjectPlacement, ...]:
-    """The scene's objects (by object id) in the world, in file order: turned as annotated, moved as a whole."""
+    """Place the scene's objects (by object id) in the world, in file order: turned as annotated, moved as a whole."""
     converted = [objects[o.object_id] for o in scene.objects]
     poses = [o.T_table_mesh @ invert(c.T_object_mesh) for o, c in zip(scene.objects, converted)]
     points = np.concatenate(
@@ -217,7 +233,7 @@ def place_objects(
 
 
 def _settle(world: World, config: ImportConfig) -> None:
-    """Lets a world come to rest, and takes away what falls off. Raises InputError if it does not come to rest."""
+    """Let a world come to rest, and remove what falls off. Raises InputError if it does not come to rest."""
     for _ in range(config.patience):
         report = settle(world, config.settle)
         if not report.settled:

@@ -1,4 +1,4 @@
-"""Scenes as GraspClutter6D has them on disk, with the objects' poses on their table.
+"""Read scenes of GraspClutter6D from disk, with the objects' poses on their table.
 
 Each scene has scene_camera.json and scene_gt.json in the layout of the BOP challenge: frames "mesh" (of the mesh file)
 and "camera" (OpenCV's), millimetres on disk, metres here. Sources: the public API
@@ -45,7 +45,7 @@ MAX_ID = 999_999
 _MAX_BYTES = 32_000_000
 _MIN_DISTANCE_M, _MAX_DISTANCE_M = 0.05, 10.0
 _ROUNDING, _NO_ROTATION = 1e-6, 0.02
-"""Deviations of R R^T from the identity: beyond the first a rotation is made exact, beyond the second it is none."""
+"""Deviations of R R^T from the identity: above the first a rotation is made exact, above the second it is refused."""
 
 
 def _rotation(numbers: list[float]) -> list[float]:
@@ -75,7 +75,7 @@ class _ObjectEntry(BaseModel):
 
 
 class _Picture(BaseModel):
-    """One picture; the fields bear the names of the files. Objects are in the order of the mask images too."""
+    """One picture; the fields are named like those of the files. Objects are in the order of the mask images."""
 
     scene_camera: _CameraEntry
     scene_gt: Annotated[list[_ObjectEntry], Field(min_length=1, max_length=MAX_OBJECTS)]
@@ -95,8 +95,13 @@ def _pose(rotation: list[float], translation_mm: list[float]) -> Pose:
 
 @dataclass(frozen=True)
 class SceneObject:
-    """One object of a scene: which of the 200; its number among those alike, from 0, in file order, which alone tells
-    them apart; pose of the mesh frame in the table's: z up, the origin wherever the data set has it."""
+    """One object of a scene.
+
+    Attributes:
+        object_id: which of the 200.
+        instance: its number among equal ones, from 0, in file order, which is all that distinguishes them.
+        T_table_mesh: pose of the mesh frame in the table's: z up, the origin wherever the data set has it.
+    """
 
     object_id: int
     instance: int
@@ -104,25 +109,25 @@ class SceneObject:
 
     @property
     def name(self) -> str:
-        """As the retrieval paper's authors call it: obj_000044_1."""
+        """Its name in the retrieval paper: obj_000044_1."""
         return f"{object_stem(self.object_id)}_{self.instance}"
 
 
 @dataclass(frozen=True)
 class AnnotatedScene:
-    """A scene by its annotation."""
+    """A scene as annotated."""
 
     number: int
     objects: tuple[SceneObject, ...]
 
 
 def object_stem(object_id: int) -> str:
-    """Name of an object in the files, without ending: obj_000017."""
+    """Return the name of an object in the files, without ending: obj_000017."""
     return f"obj_{object_id:06d}"
 
 
 def image_id(annotation: int, camera: str) -> int:
-    """Number of a picture in its scene: 4 x annotation + 1, 2, 3 or 4 by camera. Raises InputError."""
+    """Return the number of a picture in its scene: 4 x annotation + 1, 2, 3 or 4 by camera. Raises InputError."""
     if camera not in CAMERAS:
         raise UnknownNameError("camera", camera, list(CAMERAS))
     if not 0 <= annotation < ANNOTATIONS:
@@ -131,7 +136,7 @@ def image_id(annotation: int, camera: str) -> int:
 
 
 def check_root(root: Path) -> None:
-    """Raises InputError for a directory that is not the data set's root."""
+    """Raise InputError for a directory that is not the data set's root."""
     if not (root / "scenes").is_dir():
         raise InputError(
             f"{root} has no folder scenes/: it is not the root of GraspClutter6D. Give the directory that holds "
@@ -140,8 +145,11 @@ def check_root(root: Path) -> None:
 
 
 def read_scene(root: Path, scene: int, annotation: int = ANNOTATION, camera: str = CAMERA) -> AnnotatedScene:
-    """A scene by one of its pictures. Raises InputError for files or entries that are missing or not what they should
-    be, or if the camera is below the objects, so that the frame is not that of a table."""
+    """Read a scene from one of its pictures.
+
+    Raises InputError for missing or malformed files or entries, or if the camera is below the objects, so that the
+    frame cannot be a table's.
+    """
     image = image_id(annotation, camera)
     directory = root / "scenes" / f"{scene:06d}"
     if not directory.is_dir():
@@ -173,7 +181,7 @@ def read_scene(root: Path, scene: int, annotation: int = ANNOTATION, camera: str
 
 
 def _pictures(path: Path) -> dict[int, Any]:
-    """What a file says of each picture."""
+    """Return the entries of a file by picture."""
     try:
         return TypeAdapter(dict[int, Any]).validate_json(
             read_plain_text(path, _MAX_BYTES, "a scene's annotation")
@@ -189,8 +197,9 @@ LABELLED_SCENES = 1000
 
 @dataclass(frozen=True)
 class PaperProblem:
-    """One of the 40 problems of the retrieval paper: the authors' label, the scene's number, and the wanted object,
-    e.g. obj_000044_1."""
+    """One of the 40 problems of the retrieval paper: the authors' label, the scene's number, and the target, e.g.
+    obj_000044_1.
+    """
 
     category: Category
     scene: int
@@ -199,26 +208,26 @@ class PaperProblem:
 
 @cache
 def paper_problems() -> tuple[PaperProblem, ...]:
-    """The 40 problems, structured first, by scene."""
+    """Return the 40 problems, structured first, by scene."""
     rows = csv.DictReader(_lines("paper_problems.csv"))
     return tuple(PaperProblem(cast(Category, r["category"]), int(r["scene"]), r["target"]) for r in rows)
 
 
 def published_category(scene: int) -> Category:
-    """The authors' label of a scene, made by hand. Raises InputError for one that is not of the data set's 1000."""
+    """Return the authors' handmade label of a scene. Raises InputError outside the data set's 1000."""
     if not 0 <= scene < LABELLED_SCENES:
         raise InputError(f"Scene {scene} has no published label. Give --category.")
     return "structured" if scene in _structured_scenes() else "unstructured"
 
 
 def object_words(object_id: int) -> str:
-    """An object in words: "the can of peaches", or "object 42 of GraspClutter6D"."""
+    """Return an object in words: "the can of peaches", or "object 42 of GraspClutter6D"."""
     name = _object_names().get(object_id)
     return f"the {name}" if name else f"object {object_id} of GraspClutter6D"
 
 
 def parse_object_name(text: str) -> tuple[int, int | None]:
-    """Object id and instance (None if not given) of "obj_000044_1", "44_1" or "44". Raises InputError."""
+    """Return object id and instance (None if not given) of "obj_000044_1", "44_1" or "44". Raises InputError."""
     found = re.fullmatch(r"(?:obj_)?(\d{1,6})(?:_(\d{1,3}))?", text, re.ASCII)
     if found is None or not 0 < int(found.group(1)) <= MAX_ID:
         raise InputError(
@@ -238,6 +247,6 @@ def _object_names() -> dict[int, str]:
 
 
 def _lines(name: str) -> list[str]:
-    """The lines of a data file that are no comments."""
+    """Return the lines of a data file without comments."""
     text = (files("torc.generation.graspclutter6d") / "data" / name).read_text(encoding="utf-8")
     return [line for line in text.splitlines() if not line.startswith("#")]

@@ -1,4 +1,4 @@
-"""Asks a vendor's server over HTTP: deadline, retries, scrubbing; the same for all vendors."""
+"""Ask a vendor's server over HTTP: deadline, retries and scrubbing, equal for all vendors."""
 
 import json
 import re
@@ -18,30 +18,32 @@ from torc.vlm.protocol import Finish, Question, Reply
 from torc.vlm.replies import reply_of
 
 MAX_WAIT_S = 60.0
-"""A server that asks for a longer wait (a day's quota) is given up at once; own waits grow no longer."""
+"""Longest wait before a retry, seconds; if a server asks for more (a daily quota), the client gives up at once."""
 _MAX_DETAIL = 300
 _MAX_BODY = 100_000
 _TUNNEL_REFUSED = "Tunnel connection failed: 407"
 _MESSAGE = re.compile(r'"message":\s*"([^"]*)"')
 _RETRY_INFO = re.compile(r'"retryDelay":\s*"([0-9.]+)s"')
 _Failure = tuple[FailureKind, str, float | None]
-"""Kind, the server's words, the wait that it asks for."""
+"""Kind, the server's words, and the wait that it asks for, seconds."""
 
 
 class _NoRedirects(HTTPRedirectHandler):
-    """A redirected request would carry key and images to wherever it leads."""
+    """Refuses redirects, which would send the key and images elsewhere."""
 
     def redirect_request(self, *_: Any) -> None:
         """Never."""
 
 
 def open_api_client(config: VlmConfig) -> "ApiClient":
-    """A client of the model's server; nothing is sent yet. Raises InputError without a key."""
+    """Return a client of the model's server; nothing is sent yet. Raises InputError without a key."""
     return ApiClient(config, find_key(config))
 
 
 class ApiClient:
-    """A VlmClient over the network: a connection per request, the key scrubbed from all that comes back."""
+    """A VlmClient over the network. It opens a connection per request and scrubs the key from everything that comes
+    back.
+    """
 
     def __init__(self, config: VlmConfig, key: str | None) -> None:
         self.config, self._key = config, key
@@ -50,7 +52,7 @@ class ApiClient:
         self._opener = build_opener(_NoRedirects, ProxyHandler(proxies))
 
     def ask(self, question: Question) -> Reply:
-        """The model's reply. Raises VlmError once the retries are used up, or at once if no retry can help."""
+        """Return the model's reply. Raises VlmError once the retries are used up, or at once if no retry can help."""
         for tries in range(1, self.config.retries + 2):
             outcome = self._send(question)
             if isinstance(outcome, Reply):
@@ -72,7 +74,7 @@ class ApiClient:
         raise VlmError(self.config.text, kind, detail, tries)
 
     def _send(self, question: Question) -> Reply | _Failure:
-        """A failure comes back as a value: an exception's context would show unscrubbed text to whoever prints it."""
+        """Send the question once. A failure is a value: an exception's context would print unscrubbed text."""
         vendor = VENDORS[self.config.provider]
         path, headers, body = vendor.post(self.config, question, self._key)
         headers |= {"content-type": "application/json", "user-agent": "torc"}
@@ -96,7 +98,7 @@ class ApiClient:
         return reply_of(text, version, finish, reply.tokens, time.perf_counter() - started)
 
     def _response_to(self, request: Request) -> bytes:
-        """The whole body; the connection's own time-out counts from one byte to the next."""
+        """Read the whole body before the deadline; the connection's own time-out covers only the gap between bytes."""
         deadline, content = time.monotonic() + self.config.timeout_s, b""
         with self._opener.open(request, timeout=self.config.timeout_s) as response:
             while piece := response.read1(65536):
@@ -107,11 +109,11 @@ class ApiClient:
 
 
 def _failure(error: Exception) -> _Failure:
-    """What an error of the connection, or the server's own, means."""
+    """Classify an error of the connection or of the server."""
     if isinstance(error, HTTPError):
         with error:
             text = error.read(_MAX_BODY).decode(errors="replace")
-        # OpenAI's 429 that no waiting mends, and Google's wrong key, which arrives as an ordinary 400.
+        # OpenAI's 429 that waiting does not cure, and Google's wrong key, which arrives as an ordinary 400.
         refused = "insufficient_quota" in text or "API_KEY_INVALID" in text
         kind = FailureKind.AUTH if refused else kind_of_status(error.code)
         message = _MESSAGE.search(text)
@@ -126,7 +128,7 @@ def _failure(error: Exception) -> _Failure:
 
 
 def _retry_after_s(error: HTTPError | None, text: str) -> float | None:
-    """From the header, or, for Google, from the RetryInfo in the body; None for a date."""
+    """Return the wait from the header, or from Google's RetryInfo in the body, seconds; None for a date."""
     info = _RETRY_INFO.search(text)
     try:
         seconds = float(info.group(1) if info else error.headers.get("retry-after", "") if error else "")

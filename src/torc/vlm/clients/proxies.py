@@ -1,4 +1,4 @@
-"""Which proxy of the environment a server is asked through; never one for a server on this machine."""
+"""Find the proxy of the environment for a server; servers on this machine never use one."""
 
 import ipaddress
 import socket
@@ -7,25 +7,25 @@ from urllib.parse import unquote, urlsplit
 from urllib.request import getproxies, proxy_bypass
 
 _TOO_SHORT = 3
-"""Characters that are found in ordinary words, too."""
+"""Secrets up to this length are not scrubbed: they occur in ordinary words."""
 
 
 @dataclass(frozen=True)
 class Proxy:
-    """A proxy as the environment gives it, maybe with a user and a password in it."""
+    """A proxy from the environment; its URL may hold a user and a password."""
 
     scheme: str
     url: str
     server: str
 
     def words(self) -> str:
-        """For an error message: the proxy's address without user and password, and how to go round it."""
+        """Describe the proxy for an error message: its address without user and password, and how to avoid it."""
         _, address = self._parts()
         known = address or f"that {self.scheme}_proxy names (its address is malformed)"
         return f"asked through the proxy {known}; no_proxy={self.server} in the environment avoids it"
 
     def without_secrets(self, text: str) -> str:
-        """A text without the proxy's user and password."""
+        """Return a text without the proxy's user and password."""
         user, _ = self._parts()
         for secret in (user, *user.split(":", 1)):
             for form in (secret, unquote(secret)):
@@ -33,8 +33,9 @@ class Proxy:
         return text
 
     def _parts(self) -> tuple[str, str]:
-        """User with password, and the address without them. Where a password seems to stand in place of the port, all
-        of it is the user, and the address is empty.
+        """Return user with password, and the address without them.
+
+        If a password seems to stand in place of the port, everything is the user and the address is empty.
         """
         scheme, mark, rest = self.url.partition("://")
         if not mark:
@@ -48,8 +49,9 @@ class Proxy:
 
 
 def find_proxy(url: str) -> Proxy | None:
-    """The proxy that the environment names for this address (http_proxy, https_proxy); None if no_proxy excludes the
-    address, or if it is on this machine, which a proxy on another one cannot reach.
+    """Return the environment's proxy for this address (http_proxy, https_proxy).
+
+    None if no_proxy excludes the address, or if it is on this machine, which a proxy elsewhere cannot reach.
     """
     parts = urlsplit(url)
     host = parts.hostname or ""
@@ -60,8 +62,8 @@ def find_proxy(url: str) -> Proxy | None:
 
 
 def is_loopback(host: str) -> bool:
-    """Whether a host's name or address means this machine: localhost, 127.0.0.0/8, ::1, and 0.0.0.0, which servers
-    print as their own address. No name is looked up.
+    """True if a host's name or address means this machine: localhost, 127.0.0.0/8, ::1, or 0.0.0.0, which servers print
+    as their own address. No name is looked up.
     """
     name = host.lower().rstrip(".")
     if name == "localhost" or name.endswith(".localhost"):

@@ -1,8 +1,8 @@
 """An error that a server states inside an ordinary answer (HTTP 200), as gateways do when the server behind them fails.
 
 Forms: {"error": {"message": ..., "code": 503}} (OpenAI's, OpenRouter's, Google's), {"type": "error", "error": {"type":
-"overloaded_error", ...}} (Anthropic's), {"error": "..."}, {"object": "error", "message": ..., "code": ...}, any of them
-alone in a list, or in the place of the first choice.
+"overloaded_error", ...}} (Anthropic's), {"error": "..."}, {"object": "error", "message": ..., "code": ...}; any of them
+may be the only entry of a list, or take the place of the first choice.
 """
 
 import re
@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from torc.vlm.failures import FailureKind, kind_of_status
 
 _ANSWERS = ("choices", "candidates", "content")
-"""Where the vendors' answers stand."""
+"""Keys of the vendors' answers."""
 _WORDS = (
     (re.compile(r"quota|credit|billing|payment", re.I), FailureKind.AUTH),
     (re.compile(r"rate.?limit|too.?many|resource.?exhausted|throttl", re.I), FailureKind.RATE_LIMIT),
@@ -20,18 +20,18 @@ _WORDS = (
     (re.compile(r"not.?found", re.I), FailureKind.NOT_FOUND),
     (re.compile(r"invalid|bad.?request|failed.?precondition", re.I), FailureKind.BAD_REQUEST),
 )
-"""What codes in words mean; all others, "overloaded_error" among them, may pass by themselves."""
+"""Meaning of codes in words; all others, e.g. "overloaded_error", may be temporary."""
 
 
 class StatedError(NamedTuple):
-    """What the error means, and the server's code and words."""
+    """Kind of error, and the server's code and words."""
 
     kind: FailureKind
     words: str
 
 
 def stated_error(data: Any) -> StatedError | None:
-    """The error that an answer states; None for one that holds a reply, or neither."""
+    """Return the error that an answer states; None if it holds a reply, or neither."""
     if isinstance(data, list) and len(data) == 1:
         data = data[0]
     if not isinstance(data, Mapping):
@@ -57,7 +57,7 @@ def _read(error: Any) -> StatedError | None:
 
 
 def _kind(codes: list[Any]) -> FailureKind:
-    """Of the first code that is a number; else of the first that is in words we know; else it may pass by itself."""
+    """Classify by the first numeric code, else by the first known words; otherwise the error may be temporary."""
     for code in codes:
         if re.fullmatch(r"[45][0-9]{2}", str(code)):
             return kind_of_status(int(code))

@@ -1,4 +1,4 @@
-"""The vendors' protocols: what is posted for a question, and the reply in common terms. All else is `api`'s."""
+"""The vendors' protocols: the request for a question, and the reply in common terms. `api` does everything else."""
 
 import base64
 from collections.abc import Callable, Mapping
@@ -31,9 +31,9 @@ _FINISHES = {
     "length": Finish.TRUNCATED,
     "content_filter": Finish.REFUSED,
 }
-"""What the vendors' reasons mean that are not the reply's ordinary end."""
+"""Meaning of the vendors' finish reasons other than an ordinary end."""
 _ANTHROPIC_MAX_TOKENS = 16_384
-"""The service demands a bound."""
+"""The service requires a bound."""
 _THINKING_FIELDS = ("reasoning_content", "reasoning", "thinking")
 
 
@@ -46,7 +46,7 @@ class Post(NamedTuple):
 
 
 class Vendor(NamedTuple):
-    """A vendor's protocol. `read` raises LookupError, TypeError, ValueError or AttributeError for what is no answer."""
+    """A vendor's protocol. `read` raises LookupError, TypeError, ValueError or AttributeError for malformed answers."""
 
     post: Callable[[VlmConfig, Question, str | None], Post]
     read: Callable[[Any], Reply]
@@ -68,7 +68,7 @@ def _post_gemini(c: VlmConfig, question: Question, key: str | None) -> Post:
         )
     turns = [(role, [{"text": text}]) for role, text in _turns(question, "model")]
     turns.append(("user", [*parts, {"text": question.prompt}]))
-    # Preview models, Robotics-ER (the paper's) among them, exist in no other version than v1beta.
+    # Preview models, Robotics-ER (the paper's) among them, exist only in v1beta.
     path = f"/v1beta/models/{c.model}:generateContent"
     body = {
         "systemInstruction": {"parts": [{"text": question.system}]} if question.system else None,
@@ -79,10 +79,10 @@ def _post_gemini(c: VlmConfig, question: Question, key: str | None) -> Post:
 
 
 def _read_gemini(answer: Any) -> Reply:
-    """Blocked prompts, cut-off replies and empty ones all arrive as ordinary responses."""
+    """Read a reply; blocked prompts, cut-off and empty replies all arrive as ordinary responses."""
     names = ("promptTokenCount", "candidatesTokenCount", "thoughtsTokenCount")
     sent, said, thought = (_count(answer, "usageMetadata", name) for name in names)
-    # Google alone counts thinking apart; a model that does not think has no count of it.
+    # Only Google counts thinking separately; a model that does not think has no such count.
     tokens = Tokens(sent, None if said is None and thought is None else (said or 0) + (thought or 0), thought)
     version, feedback = answer.get("modelVersion") or "", answer.get("promptFeedback")
     if not answer.get("candidates"):
@@ -105,7 +105,7 @@ def _post_openai(c: VlmConfig, question: Question, key: str | None) -> Post:
     )
     messages += ({"role": role, "content": text} for role, text in _turns(question, "assistant"))
     messages.append({"role": "user", "content": content})
-    # OpenAI's thinking models take no other name for the bound; most other servers know the older one only.
+    # OpenAI's thinking models accept only this name for the bound; most other servers know only the older one.
     bound = "max_completion_tokens" if c.url == PROVIDERS["openai"] else "max_tokens"
     body: dict[str, Any] = {
         "model": c.model,
@@ -140,7 +140,7 @@ def _read_openai(answer: Any) -> Reply:
 
 
 def _post_anthropic(c: VlmConfig, question: Question, key: str | None) -> Post:
-    """Claude's own protocol: the vendor's OpenAI-compatible layer ignores schemas."""
+    """Return the request in Claude's own protocol: the vendor's OpenAI-compatible layer ignores schemas."""
     sources = [{"type": "base64", "media_type": media_type(p), "data": _base64(p)} for p in question.images]
     content: list[dict[str, Any]] = [{"type": "image", "source": source} for source in sources]
     content.append({"type": "text", "text": question.prompt})
@@ -186,12 +186,12 @@ VENDORS: Mapping[str, Vendor] = MappingProxyType(
 
 
 def _turns(question: Question, model: str) -> list[tuple[str, str]]:
-    """Role and text of the turns before the question; `model` is the vendor's word for who replies."""
+    """Return role and text of the turns before the question; `model` is the vendor's word for who replies."""
     return [turn for e in question.examples for turn in (("user", e.user), (model, e.reply))]
 
 
 def _given(options: Mapping[str, Any]) -> dict[str, Any]:
-    """What is not None."""
+    """Return the options that are not None."""
     return {name: value for name, value in options.items() if value is not None}
 
 
@@ -204,7 +204,7 @@ def _finish(reason: Any) -> Finish:
 
 
 def _count(record: Any, *path: str) -> int | None:
-    """A number of tokens somewhere in a server's record; None where it does not tell."""
+    """Return a number of tokens from a server's record; None if it is not reported."""
     for name in path:
         record = record.get(name) if isinstance(record, dict) else None
     return record if isinstance(record, int) else None

@@ -1,1 +1,1 @@
-"""The simulated VLM: answers in a model's format from the simulator's truth, confused to a stated degree."""
+"""The simulated VLM: answers in a model's format from the simulator's truth, with a stated error rate."""

@@ -1,4 +1,4 @@
-"""The simulated VLM as a client: reads the prompt as a model does, and the picture from the simulator's truth."""
+"""The simulated VLM as a client: it reads the prompt like a model, and the simulator's truth instead of the picture."""
 
 import json
 import re
@@ -30,12 +30,14 @@ _SPOILT = (
     ('```json\n{"thoughts": "There are several objects, and', Finish.TRUNCATED),
     ('```json\n{"objects": ["red can", "blue box"]}\n```', Finish.COMPLETE),
 )
-"""What comes instead of an answer."""
+"""Replies without an answer."""
 
 
 def open_simulated(config: VlmConfig, truth: Callable[[], Situation]) -> "SimulatedVlm":
-    """The simulated VLM of a configuration, whose model is the profile. Raises InputError for a profile that is
-    unknown, and for options of real models.
+    """Return the simulated VLM of a configuration, whose model is the profile.
+
+    Raises:
+        InputError: the profile is unknown, or options of real models are set.
     """
     profile = find_profile(config.model)
     model_alone = replace(config, picture=PictureConfig(), prompt=None, questions=DEFAULT_QUESTIONS)
@@ -49,15 +51,15 @@ def open_simulated(config: VlmConfig, truth: Callable[[], Situation]) -> "Simula
 class SimulatedVlm:
     """A VlmClient that asks nobody: it knows the truth and errs as often as its profile says.
 
-    Its replies pass through the same parsers as a model's, so the planners that ask it stay unprivileged. It takes no
-    part in comparisons of planners. What it draws is decided by the question's repetition.
+    Its replies pass through the parsers of real replies, so the planners that ask it stay unprivileged. It takes no
+    part in comparisons of planners. The question's repetition seeds its draws.
     """
 
     def __init__(self, profile: Profile, truth: Callable[[], Situation]) -> None:
         self.profile, self._truth = profile, truth
 
     def ask(self, question: Question) -> Reply:
-        """An answer, or what a failing model would write. Raises InputError for a prompt of somebody else's."""
+        """Return an answer, or what a failing model would write. Raises InputError for a user-defined prompt."""
         started = time.perf_counter()
         luck = draw_luck(np.random.default_rng(question.repeat))
         text, finish = (
@@ -86,19 +88,19 @@ class SimulatedVlm:
 
 
 def told_facts(prompt: str) -> ToldFacts | None:
-    """What a prompt says on grasps; None if it says nothing."""
+    """Return what a prompt says about grasps; None if it says nothing."""
     graspable = frozenset(map(int, _GRASPABLE.findall(prompt)))
     blocks = frozenset((int(b), int(a)) for a, b in _BLOCKED.findall(prompt))
     return ToldFacts(graspable, blocks) if graspable or blocks else None
 
 
 def candidate_pairs(prompt: str) -> tuple[Pair, ...]:
-    """The (source, target) pairs that a prompt asks to correct."""
+    """Return the (source, target) pairs that a prompt asks to correct."""
     return tuple((int(s), int(t)) for s, t in _CANDIDATE.findall(prompt))
 
 
 def _plan_answer(believed: Situation, made_up: int | None) -> dict[str, Any]:
-    """A sequence of actions. `made_up` takes the place of its first object."""
+    """Return a sequence of actions; `made_up` replaces its first object."""
     order = list(believed.removal_order())
     if made_up is not None:
         order[:1] = [made_up]
@@ -107,7 +109,7 @@ def _plan_answer(believed: Situation, made_up: int | None) -> dict[str, Any]:
 
 
 def _relations_answer(believed: Situation, candidates: Sequence[Pair], made_up: int | None) -> dict[str, Any]:
-    """The candidate pairs corrected, each of which says that its source is behind its target."""
+    """Correct the candidate pairs, each of which says that its source is behind its target."""
     entries = []
     for source, target in candidates:
         if (target, source) in believed.lies_on:
@@ -122,7 +124,7 @@ def _relations_answer(believed: Situation, candidates: Sequence[Pair], made_up: 
 
 
 def _made_up_id(in_sight: Collection[int], luck: float) -> int | None:
-    """An id that nothing in sight carries, by a number in [0, 1); None if all are taken."""
+    """Return an id that nothing in sight carries, chosen by a number in [0, 1); None if all are taken."""
     others = [k for k in range(1, MAX_OBJECTS) if k not in in_sight]
     return others[int(luck * len(others))] if others else None
 

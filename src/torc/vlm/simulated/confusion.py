@@ -1,4 +1,4 @@
-"""From what is so to what a model of a given quality takes to be so."""
+"""From the truth to what a model of a given quality believes."""
 
 from collections.abc import Collection
 from dataclasses import dataclass, replace
@@ -13,9 +13,10 @@ from torc.vlm.simulated.situation import Pair, Situation
 
 @dataclass(frozen=True)
 class Luck:
-    """All that is drawn for one reply, the same draws whatever the scene and the profile: uniform numbers in [0, 1),
-    per object or pair of objects. A fact is mistaken where its number is not below the probability to be right on it:
-    so of two accuracies the better is right wherever the worse is.
+    """All draws for one reply: uniform numbers in [0, 1) per object or pair, whatever the scene and the profile.
+
+    A fact is right where its number is below the probability of being right on it, so the better of two accuracies is
+    right wherever the worse one is.
     """
 
     target: float
@@ -32,7 +33,6 @@ class Luck:
 
 
 def draw_luck(rng: np.random.Generator) -> Luck:
-    """The draws of one reply."""
     target, made_up, malformed, form = rng.random(4).tolist()
     grasp, facts = rng.random((2, MAX_OBJECTS))
     below, direction, front, blocking, extent = rng.random((5, MAX_OBJECTS, MAX_OBJECTS))
@@ -41,7 +41,7 @@ def draw_luck(rng: np.random.Generator) -> Luck:
 
 @dataclass(frozen=True)
 class ToldFacts:
-    """What a prompt says on grasps: graspable objects, and (blocker, blocked)."""
+    """What a prompt says about grasps: graspable objects, and (blocker, blocked) pairs."""
 
     graspable: frozenset[int]
     blocks: frozenset[Pair]
@@ -54,8 +54,14 @@ def confused(
     asked: Collection[Pair] = (),
     told: ToldFacts | None = None,
 ) -> Situation:
-    """The situation as a model of that quality takes it to be; `asked` are pairs that the prompt asks about, on which
-    it can be wrong as on those that meet in the image, `told` is what it says on grasps.
+    """Return the situation as a model of that quality believes it to be.
+
+    Args:
+        truth: the situation.
+        profile: the model's quality.
+        luck: the draws for this reply.
+        asked: pairs in the prompt's question; the model can err on them as on pairs that meet in the image.
+        told: what the prompt says about grasps.
     """
     in_sight = dict(truth.in_sight)
     seen = truth.target_seen == (luck.target < profile.sees_target)
@@ -77,19 +83,19 @@ def confused(
 
 
 def _pairs_in_question(truth: Situation, asked: Collection[Pair]) -> frozenset[Pair]:
-    """Both directions of all pairs of objects in sight, or the target, on which one can be right or wrong."""
+    """Return both directions of all pairs of objects in sight, or the target, on which the model can err."""
     known = {*truth.in_sight, TARGET_ID}
     pairs = {p for p in (*truth.near, *truth.lies_on, *truth.hides, *truth.blocks, *asked) if known >= {*p}}
     return frozenset({*pairs, *((b, a) for a, b in pairs)})
 
 
 def _free(blocked: bool, luck: float, profile: Profile) -> bool:
-    """Whether something seems free: what is not, where that is missed; what is, where that is made out."""
+    """True if something seems free: blocked but overlooked, or free and recognised as such."""
     return luck >= profile.blocked if blocked else luck < profile.free
 
 
 def _lies_on(truth: Situation, profile: Profile, luck: Luck, pairs: frozenset[Pair]) -> frozenset[Pair]:
-    """(upper, lower) as believed. Wrong on the direction is wrong, too."""
+    """Return (upper, lower) as believed. A wrong direction counts as wrong."""
     found = set()
     for a, b in pairs:
         if a > b:
@@ -105,7 +111,7 @@ def _lies_on(truth: Situation, profile: Profile, luck: Luck, pairs: frozenset[Pa
 
 
 def _hides(truth: Situation, profile: Profile, luck: Luck, pairs: frozenset[Pair]) -> dict[Pair, int]:
-    """(front, back) -> pixels as believed; what is made out wrongly seems to hide a share of its own extent."""
+    """Return (front, back) -> pixels as believed; a wrongly believed object hides a share of its own extent."""
     found = {}
     for pair in sorted(pairs):
         if (pair in truth.hides) == (luck.front[pair] < profile.front):
@@ -115,7 +121,7 @@ def _hides(truth: Situation, profile: Profile, luck: Luck, pairs: frozenset[Pair
 
 
 def _heeding(believed: Situation, told: ToldFacts, profile: Profile, luck: Luck) -> Situation:
-    """The same, less what it believes of the grasps of those objects on which it goes by the prompt."""
+    """Return the situation with the prompt's facts on grasps of the objects for which the model heeds the prompt."""
     heeded = {k for k in believed.in_sight if luck.facts[k] < profile.heeds_facts}
     blocks = {p for p in believed.blocks if p[1] not in heeded} | {p for p in told.blocks if p[1] in heeded}
     graspable = (believed.graspable - heeded) | (told.graspable & heeded)

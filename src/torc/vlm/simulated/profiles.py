@@ -1,7 +1,7 @@
 """How good a simulated VLM is: profiles by name, or an accuracy.
 
-`paper` is calibrated to the paper's VLM (Gemini Robotics-ER 1.5) by `benchmarks/vlm_calibration.py`; docs/vlm.md tells
-where each of its numbers comes from.
+`paper` is calibrated to the paper's VLM (Gemini Robotics-ER 1.5) by `benchmarks/vlm_calibration.py`; docs/vlm.md gives
+the source of each of its numbers.
 """
 
 import math
@@ -14,18 +14,18 @@ from torc.errors import InputError, UnknownNameError
 
 @dataclass(frozen=True)
 class Profile:
-    """Probabilities, 0..1; half right is knowing nothing, for each such fact is a yes or a no.
+    """Probabilities of being right, 0..1. Each fact is yes or no, so 0.5 is knowing nothing.
 
     Attributes:
-        sees_target: that it is right on whether the target is in sight.
-        front: on whether of two objects that meet in the image one stands in front of the other; and, for a hidden
+        sees_target: on whether the target is in sight.
+        front: on whether one of two objects that meet in the image stands in front of the other; and, for a hidden
             target, on whether an object hides it.
         below: on whether one of two objects lies on the other, and which.
         free: on an object that the robot can grasp, and on a neighbour that is not in the way.
         blocked: on an object that it cannot grasp, and on a neighbour that is in the way.
-        heeds_facts: that it goes by what the prompt says on an object's grasps, where it says something.
-        made_up: that it names an object that is not there.
-        malformed: that its reply cannot be read: cut short, refused, empty, not in the form that was asked for.
+        heeds_facts: probability that it goes by what the prompt says about an object's grasps.
+        made_up: probability that it names an object that is not there.
+        malformed: probability that its reply cannot be read: cut short, refused, empty, in a wrong form.
     """
 
     name: str
@@ -40,7 +40,9 @@ class Profile:
 
 
 def profile_of_accuracy(accuracy: float, name: str) -> Profile:
-    """All facts right with that probability; a fifth of the rest, each, is made up and malformed."""
+    """Return a profile that is right on every fact with this probability; a fifth of the rest is made up, a fifth
+    malformed.
+    """
     slips = (1.0 - accuracy) / 5.0
     a = accuracy
     return Profile(name, a, a, a, a, a, a, made_up=slips, malformed=slips)
@@ -61,7 +63,7 @@ PROFILES: Mapping[str, Profile] = MappingProxyType(
 
 
 def find_profile(text: str) -> Profile:
-    """The profile of that name, or of an accuracy from 0 to 1. Raises InputError."""
+    """Return the profile of that name, or of an accuracy from 0 to 1. Raises InputError."""
     if text in PROFILES:
         return PROFILES[text]
     try:

@@ -1,4 +1,4 @@
-"""What there is to know of a scene, as it is or as a model takes it to be, and which object follows from it."""
+"""The facts of a scene, true or believed by a model, and the object to pick that follows from them."""
 
 from collections import Counter
 from collections.abc import Mapping
@@ -14,12 +14,12 @@ class Situation:
     """Facts about the objects of a scene; ids are the numbers in the marked image.
 
     Attributes:
-        in_sight: the objects that carry a number in the image -> their visible pixels.
+        in_sight: visible pixels of the objects that carry a number in the image.
         graspable: objects in sight that have a valid grasp.
         lies_on: (upper, lower).
         hides: (front, back) -> how many pixels of the back object the front one hides.
         blocks: (blocker, blocked): the blocker is in the way of grasps of the other.
-        near: pairs (lower id first) that meet in the image: of these one can be wrong.
+        near: pairs (lower id first) that meet in the image; a model can err on these.
     """
 
     in_sight: Mapping[int, int]
@@ -31,14 +31,13 @@ class Situation:
 
     @property
     def target_seen(self) -> bool:
-        """Whether the target is in sight."""
         return TARGET_ID in self.in_sight
 
     def waits_for(self, k: int) -> tuple[int, ...]:
-        """What has to go before an object, the most urgent first; empty for one that can be picked.
+        """Return what has to go before an object, most urgent first; empty for one that can be picked.
 
-        First what lies on it; then, if it cannot be grasped, what blocks its grasps and what hides it, the largest
-        hidden part first.
+        First the objects that lie on it; then, if it cannot be grasped, those that block its grasps and those that hide
+        it, the largest hidden part first.
         """
         on_top = sorted(upper for upper, lower in self.lies_on if lower == k)
         if on_top or k in self.graspable:
@@ -46,15 +45,15 @@ class Situation:
         largest_first = sorted(self.hides.items(), key=lambda item: (-item[1], item[0]))
         in_front = [front for (front, back), _ in largest_first if back == k]
         blockers = sorted(a for a, b in self.blocks if b == k)
-        # Of what blocks it, first what also stands in front of it.
+        # Of the blockers, first those that also stand in front of it.
         order = [f for f in in_front if f in blockers] + [b for b in blockers if b not in in_front] + in_front
         return tuple(dict.fromkeys(order))
 
     def removal_order(self, target: int = TARGET_ID) -> tuple[int, ...]:
-        """A sequence of objects to pick that ends with the target, by these facts alone; the first is to be picked now.
+        """Return a sequence of objects to pick that ends with the target, by these facts alone.
 
-        What an object waits for is followed until something can be picked. Where that leads nowhere, it begins with
-        the graspable object that hides the most, if possible one that nothing lies on. Empty if nothing is in sight.
+        It follows what each object waits for until something can be picked. If that leads nowhere, it begins with the
+        graspable object that hides the most, if possible one that nothing lies on. Empty if nothing is in sight.
         """
         found = self._way_to(target, set())
         if found:
@@ -70,7 +69,7 @@ class Situation:
         return (first,) if first == target else (first, target)
 
     def _way_to(self, k: int, tried: set[int]) -> tuple[int, ...]:
-        """From something that can be picked to k; empty if there is no way that was not tried yet."""
+        """Return a way from something that can be picked to k; empty if every way was tried."""
         tried.add(k)
         waits_for = self.waits_for(k)
         if not waits_for:
