@@ -115,7 +115,9 @@ def scratch_for(robot):
 
 @njit(cache=True)
 def joint_reach(robot, width_m):
-    """Return [joint, link]: the largest distance from the joint's axis that a point of the link can have; 0 if unmoved."""
+    """Return [joint, link]: the largest distance from the joint's axis that a point of the link can have; 0 if
+    unmoved.
+    """
     dof, links = robot.axes.shape[0], robot.link_start.shape[0] - 1
     reach = np.zeros((dof, links))
     local = np.empty(3)

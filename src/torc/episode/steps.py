@@ -133,7 +133,9 @@ class Steps:
         return EpisodeState(look.context.volume, failed, (*state.outcomes, outcome), scene)
 
     def _held_look(self, state: EpisodeState, look: Look, object_id: int) -> HeldLook | None:
-        """Return the check of that object once it is lifted; None if perception does not recognise what is in the hand."""
+        """Return the check of that object once it is lifted; None if perception does not recognise what is in the
+        hand.
+        """
         pipeline, robot = self.system.pipeline, self.robot.description
         if PERCEPTIONS.traits(pipeline.perception).recognise is None:
             return None

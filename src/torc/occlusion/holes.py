@@ -139,7 +139,9 @@ def _between(end_a, end_b, wa, wb, own_a, own_b):
 
 @njit(cache=True)
 def _reading_along(depth, label, row, col, dr, dc, widest_px):
-    """Return the steps to the first reading in a direction, 0 if too far, and how many background pixels lie before it."""
+    """Return the steps to the first reading in a direction, 0 if too far, and how many background pixels lie before
+    it.
+    """
     height, width = depth.shape
     empty = 0
     for n in range(1, int(2 * widest_px) + 1):
@@ -154,7 +156,9 @@ def _reading_along(depth, label, row, col, dr, dc, widest_px):
 
 @njit(cache=True)
 def _continued(depth, row, col, dr, dc, steps, steepest):
-    """Return the inverse depth `steps` before (row, col), of the surface there and beyond; 0 if its slope is not known."""
+    """Return the inverse depth `steps` before (row, col), of the surface there and beyond; 0 if its slope is not
+    known.
+    """
     height, width = depth.shape
     step = np.sqrt(float(dr * dr + dc * dc))
     last, base = depth[row, col], 0

@@ -154,7 +154,9 @@ def update_volume(
 def surface_labels(
     grid: VoxelGrid, scene: SegmentedScene, config: OcclusionConfig | None = None
 ) -> Int16[np.ndarray, "nx ny nz"]:
-    """Return, per voxel, the id that most of its surface points have; objects win over the background; EMPTY elsewhere."""
+    """Return, per voxel, the id that most of its surface points have; objects win over the background; EMPTY
+    elsewhere.
+    """
     config = OcclusionConfig() if config is None else config
     origin, voxel_m = kernel_array(grid.origin), float(grid.voxel_size_m)
     label = np.full(grid.shape, EMPTY, dtype=np.int16)

@@ -13,7 +13,9 @@ _LEAST_M = 0.005
 
 
 def size_in_sight(points: Float[np.ndarray, "n 3"]) -> Extent:
-    """Return length and thickness of a cloud, metres. What others hide is missing, so an object is at least this large."""
+    """Return length and thickness of a cloud, metres. What others hide is missing, so an object is at least this
+    large.
+    """
     return extent(points, _FLYING)
 
 

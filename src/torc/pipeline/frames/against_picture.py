@@ -78,7 +78,9 @@ def direction_of(where: str, key: str, pose: Pose, observation: Observation) -> 
 
 
 def doubts(observation: Observation, support_z_m: float | None) -> tuple[str, ...]:
-    """Return messages where the picture contradicts its kind of depth, or the given pose, support height or depth unit."""
+    """Return messages where the picture contradicts its kind of depth, or the given pose, support height or depth
+    unit.
+    """
     if text := along_rays_doubt(observation.depth_m, observation.K):
         return (text,)
     if observation.pose_estimated:

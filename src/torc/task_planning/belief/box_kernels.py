@@ -104,7 +104,9 @@ def fit_shares(
     seen: Bool[np.ndarray, "nx ny nz"],
     frame: Float[np.ndarray, "4"],
 ) -> Float[np.ndarray, "n 2"]:
-    """Return, per pose, the share of its points in voxels that were never seen, and the share inside the scaled bodies."""
+    """Return, per pose, the share of its points in voxels that were never seen, and the share inside the scaled
+    bodies.
+    """
     nx, ny, nz = seen.shape
     out = np.zeros((poses.shape[0], 2))
     for n in range(poses.shape[0]):
