@@ -11,7 +11,7 @@ import numpy as np
 
 from tests.helpers.fake_episode import FakeRobot
 from tests.helpers.kernels import all_signatures, compiled_since
-from torc.brain import decide_frame, load_frame, rehearse
+from torc.brain import FrameDecider, load_frame
 from torc.episode.loop import Episode
 from torc.episode.pick_view import view_of
 from torc.episode.steps import EpisodeConfig
@@ -52,9 +52,10 @@ def main(directory: Path, trials: list[str]) -> dict[str, object]:
             raise RuntimeError(trial.result)
     played = compiled_since(rehearsed)
     frame = load_frame(write_frame(directory / "frame.npz", synthetic_observation(shapes, workspace.camera)))
-    rehearse(frame, planner)
+    decider = FrameDecider(frame, planner)
+    decider.rehearse()
     before = all_signatures()
-    decide_frame(frame, planner)
+    decider.decide()
     decided = compiled_since(before)
     never = sorted(name for name, signatures in all_signatures().items() if not signatures)
     return {"played": played, "decided": decided, "announced": announced, "never": never}

@@ -10,7 +10,7 @@ from numba import njit
 
 from tests.helpers.fake_episode import ScriptedPlanner
 from tests.helpers.fake_vlm import ScriptedVlm
-from torc.brain import answer_text, decide_frame, rehearse
+from torc.brain import FrameDecider, answer_text, decide_frame
 from torc.brain.answer import evidence_in_labels
 from torc.brain.candidates import STATUS_WORDS, blockers_of, status_counts
 from torc.errors import InputError
@@ -76,7 +76,7 @@ def test_an_estimated_pose_is_told_and_no_robot_works_by_it(frame_of):
     told = [decide_frame(f, ScriptedPlanner([0])) for f in (frame, estimated)]
     assert [a.to_dict()["pose_estimated"] for a in told] == [False, True]
     assert ["pose was estimated" in answer_text(a) for a in told] == [False, True]
-    for use in (decide_frame, rehearse):
+    for use in (decide_frame, FrameDecider):
         with pytest.raises(InputError, match="pose was estimated from the picture"):
             use(estimated, ScriptedPlanner([0]), robot="sda10f_2f85")
 

@@ -98,7 +98,9 @@ def test_own_eyes_on_a_frame_with_masks_number_objects_themselves_and_know_its_t
     arrays = {"rgb": o.rgb, "depth_m": o.depth_m, "K": o.K, "T_world_camera": o.T_world_camera}
     label = np.where(o.label_image == 3, 40, np.where(o.label_image == 5, 50, 0))
     np.savez(tmp_path / "masked.npz", **arrays, labels=label, target=50)
-    code, out, _ = run_torc("decide", tmp_path / "masked.npz", "--json", capsys=capsys)
+    code, out, _ = run_torc(
+        "decide", tmp_path / "masked.npz", "--json", "--perception", "embedded", capsys=capsys
+    )
     answer = json.loads(out)
     assert code == 0
     assert answer["target_sought_by"] == "mark"

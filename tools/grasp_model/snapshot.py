@@ -13,10 +13,12 @@ from torc.grasping.geometric_planner import GeometricGraspPlanner
 from torc.occlusion.volume import empty_volume, update_volume
 from torc.perception.noise import add_sensor_noise
 from torc.perception.protocol import Wanted
-from torc.pipeline.building import SeeingParts, build_seeing
+from torc.pipeline.building import build_pipeline
+from torc.pipeline.look import Pipeline
 from torc.problems.problem import Problem
 from torc.records import GraspSet, Observation, OcclusionVolume, SegmentedScene
 from torc.robots.gripper import GripperDescription
+from torc.robots.loading import load_robot
 from torc.sim.rendering import CameraRenderer
 from torc.sim.robot import SimulatedCamera
 from torc.sim.simulated_world import build_world
@@ -129,5 +131,5 @@ def observe(renderer: CameraRenderer, mount: CameraMount) -> Observation:
     )
 
 
-def _seeing(eyes: Eyes, workspace: Workspace) -> SeeingParts:
-    return build_seeing(eyes.spec, workspace, noisy=eyes is Eyes.NOISE)
+def _seeing(eyes: Eyes, workspace: Workspace) -> Pipeline:
+    return build_pipeline(eyes.spec, load_robot().gripper, workspace, noisy=eyes is Eyes.NOISE)

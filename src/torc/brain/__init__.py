@@ -8,8 +8,8 @@
 
 from torc.brain.answer import Answer
 from torc.brain.candidates import Grasp
-from torc.brain.deciding import decide_frame, rehearse
+from torc.brain.deciding import FrameDecider, decide_frame
 from torc.brain.text import answer_text
 from torc.pipeline.frames import load_frame
 
-__all__ = ["Answer", "Grasp", "answer_text", "decide_frame", "load_frame", "rehearse"]
+__all__ = ["Answer", "FrameDecider", "Grasp", "answer_text", "decide_frame", "load_frame"]

@@ -65,36 +65,67 @@ def decide_frame(
             in a frame whose camera pose was estimated.
         PlannerError, PartError, GraspPlannerError: a part crashed, or its answer cannot be used.
     """
-    planner = planner or make_planner("dg-select")
-    pipeline = _pipeline(frame, robot, stages)
-    # What perception finds by itself has numbers of its own.
-    given = frame.labels if PERCEPTIONS.traits(pipeline.perception).needs_labels else {}
-    stages, wanted = stages or PipelineSpec(), wanted or Wanted(frame.target_description)
-    marked = wanted if given else _marked(frame, wanted)
-    sought = Sought.LABEL if given else _sought(marked, pipeline.perception, finder)
-    if finder is not None:
-        pipeline = replace(pipeline, perception=TargetByText(pipeline.perception, finder))
-    before = None if volume is None else EpisodeState(volume)
-    with announced_compilation():
-        look = pipeline.look(frame.observation, before, wanted=marked, seed=seed, labels=given)
-        scene = look.context.scene
-        if not given:
-            _check_found(scene, wanted)
-        decision = ask_planner(planner, look.context, stage_rng(seed, 0, "decide"))
-    if decision.object_id is not None and decision.object_id not in look.context.scene.ids:
-        raise InputError(
-            f"Task planner '{planner.name}' named object {decision.object_id}, which is not in sight."
+    decider = FrameDecider(frame, planner, robot=robot, stages=stages)
+    return decider.decide(volume=volume, seed=seed, wanted=wanted, finder=finder)
+
+
+class FrameDecider:
+    """The parts that decide for a frame. `decide_frame` explains the arguments."""
+
+    def __init__(
+        self,
+        frame: Frame,
+        planner: TaskPlanner | None = None,
+        *,
+        robot: RobotDescription | str | None = None,
+        stages: PipelineSpec | None = None,
+    ) -> None:
+        self.frame, self.stages = frame, stages or PipelineSpec()
+        self.planner = planner or make_planner("dg-select")
+        self.pipeline = _pipeline(frame, robot, self.stages)
+
+    def rehearse(self) -> None:
+        """Use every kernel that `decide` may need once, on a made-up scene, so that none is compiled in it."""
+        rehearse_planner(self.planner, rehearse_look(self.pipeline).context)
+
+    def decide(
+        self,
+        *,
+        volume: OcclusionVolume | None = None,
+        seed: int = 0,
+        wanted: Wanted | None = None,
+        finder: VlmClient | None = None,
+    ) -> Answer:
+        """Decide. Raises as `decide_frame`."""
+        frame, planner, pipeline = self.frame, self.planner, self.pipeline
+        # Objects that perception finds by itself have numbers of its own.
+        given = frame.labels if PERCEPTIONS.traits(pipeline.perception).needs_labels else {}
+        wanted = wanted or Wanted(frame.target_description)
+        marked = wanted if given else _marked(frame, wanted)
+        sought = Sought.LABEL if given else _sought(marked, pipeline.perception, finder)
+        if finder is not None:
+            pipeline = replace(pipeline, perception=TargetByText(pipeline.perception, finder))
+        before = None if volume is None else EpisodeState(volume)
+        with announced_compilation():
+            look = pipeline.look(frame.observation, before, wanted=marked, seed=seed, labels=given)
+            scene = look.context.scene
+            if not given:
+                _check_found(scene, wanted)
+            decision = ask_planner(planner, look.context, stage_rng(seed, 0, "decide"))
+        if decision.object_id is not None and decision.object_id not in look.context.scene.ids:
+            raise InputError(
+                f"Task planner '{planner.name}' named object {decision.object_id}, which is not in sight."
+            )
+        return Answer(
+            decision,
+            look,
+            labels=given or {k: k for k in scene.ids},
+            names=frame.names if given else {},
+            eyes=eyes_of(frame.observation, self.stages),
+            sought=sought,
+            pose_estimated=frame.pose_estimated,
+            warnings=(*frame.warnings, *size_doubts(scene)),
         )
-    return Answer(
-        decision,
-        look,
-        labels=given or {k: k for k in scene.ids},
-        names=frame.names if given else {},
-        eyes=eyes_of(frame.observation, stages),
-        sought=sought,
-        pose_estimated=frame.pose_estimated,
-        warnings=(*frame.warnings, *size_doubts(scene)),
-    )
 
 
 def _marked(frame: Frame, wanted: Wanted) -> Wanted:
@@ -139,18 +170,7 @@ def _readings(observation: Observation) -> str:
     )
 
 
-def rehearse(
-    frame: Frame,
-    planner: TaskPlanner,
-    *,
-    robot: RobotDescription | str | None = None,
-    stages: PipelineSpec | None = None,
-) -> None:
-    """Use every kernel that `decide_frame` may need once, on a made-up scene: then none is compiled in it."""
-    rehearse_planner(planner, rehearse_look(_pipeline(frame, robot, stages)).context)
-
-
-def _pipeline(frame: Frame, robot: RobotDescription | str | None, stages: PipelineSpec | None) -> Pipeline:
+def _pipeline(frame: Frame, robot: RobotDescription | str | None, stages: PipelineSpec) -> Pipeline:
     if robot is not None and frame.pose_estimated:
         raise InputError(
             "A robot's reach counts only where the camera's pose in the robot's base frame is known, and this frame's "
@@ -159,7 +179,6 @@ def _pipeline(frame: Frame, robot: RobotDescription | str | None, stages: Pipeli
     description = load_robot(robot) if isinstance(robot, str) else robot
     who = load_robot(DEFAULT_ROBOT).gripper if description is None else description
     workspace = workspace_of(frame, with_robot=description is not None)
-    stages = stages or PipelineSpec()
     used = replace(stages, perception=eyes_of(frame.observation, stages))
     # Masks may come with depth of any kind; a frame without them comes from a camera.
     rough = frame.observation.label_image is None

@@ -76,7 +76,7 @@ class DecideCommand:
 
     def run(self) -> int:
         """Print the decision; the exit code is 3 if there is nothing to pick."""
-        from torc.brain import answer_text, decide_frame, load_frame, rehearse
+        from torc.brain import FrameDecider, answer_text, load_frame
         from torc.errors import InputError
         from torc.io.results import write_json
         from torc.pipeline.planners import (
@@ -108,17 +108,10 @@ class DecideCommand:
         spec = PlannerSpec(self.planner, model if asks else None)
         planner = make_spec_planner(spec, self.vlm.cache(), None)
         robot = None if self.robot == "none" else self.robot
+        decider = FrameDecider(frame, planner, robot=robot, stages=self.stages)
         with announced_compilation(tell):
-            rehearse(frame, planner, robot=robot, stages=self.stages)
-        answer = decide_frame(
-            frame,
-            planner,
-            robot=robot,
-            seed=self.seed,
-            stages=self.stages,
-            wanted=wanted,
-            finder=finder,
-        )
+            decider.rehearse()
+        answer = decider.decide(seed=self.seed, wanted=wanted, finder=finder)
         if self.out is not None:
             self.out.mkdir(parents=True, exist_ok=True)
             write_json(self.out / "decision.json", answer.to_dict())

@@ -8,9 +8,8 @@ from torc.errors import InputError
 from torc.io.digests import part_source
 from torc.motion.config import MotionConfig
 from torc.motion.protocol import MotionPlanner
-from torc.occlusion.volume import FIXED_CAMERA, FIXED_REAL_CAMERA, OcclusionConfig
-from torc.perception.noise import NoiseConfig, stereo_camera
-from torc.perception.protocol import Depth, Perception
+from torc.occlusion.volume import FIXED_CAMERA, FIXED_REAL_CAMERA
+from torc.perception.noise import stereo_camera
 from torc.pipeline.better_bet import BetConfig
 from torc.pipeline.failures import FailureConfig
 from torc.pipeline.look import Pipeline
@@ -63,57 +62,36 @@ def build_pipeline(
     rough: bool = False,
     max_depth_m: float | None = None,
 ) -> Pipeline:
-    """The parts between camera and task planner; for a gripper alone every pose counts as reachable. `noisy` adds the
-    noise of a stereo camera, and expects it; `rough` expects depth with a sensor's errors; `max_depth_m` is how far the
-    occlusion volume believes readings. Raises as `build_system`.
+    """Make the parts between camera and task planner.
+
+    Args:
+        stages: names and settings of the parts.
+        robot: whose reach counts; for a gripper alone every pose counts as reachable.
+        noisy: add the noise of a stereo camera, and expect it.
+        rough: expect depth with a sensor's errors.
+        max_depth_m: how far the occlusion volume believes readings, metres.
+
+    Raises InputError as `build_system`.
     """
     check_settings(stages, noisy)
-    seeing = build_seeing(stages, workspace, noisy=noisy, rough=rough)
-    occlusion = seeing.occlusion
-    if max_depth_m is not None:
-        occlusion = replace(occlusion, max_depth_m=max_depth_m)
     gripper = robot.gripper if isinstance(robot, RobotDescription) else robot
     context = BuildContext(gripper=gripper, support_z_m=workspace.support_z_m, workspace=workspace)
+    depth = make_stage(stages, "depth", context)
+    rough = rough or noisy or DEPTHS.traits(depth).rough
+    occlusion = configured(stages, "occlusion", FIXED_REAL_CAMERA if rough else FIXED_CAMERA)
+    if max_depth_m is not None:
+        occlusion = replace(occlusion, max_depth_m=max_depth_m)
     return Pipeline(
-        perception=seeing.perception,
-        depth=seeing.depth,
-        grasp_planner=make_stage(stages, "grasps", context, rough=seeing.rough),
+        perception=make_stage(stages, "perception", context, rough=rough),
+        depth=depth,
+        grasp_planner=make_stage(stages, "grasps", context, rough=rough),
         robot=robot,
         workspace=workspace,
-        noise=seeing.noise,
+        noise=configured(stages, "noise", stereo_camera()) if noisy else None,
         occlusion=occlusion,
         failures=configured(stages, "failures", FailureConfig()),
         bets=configured(stages, "bets", BetConfig()),
         min_score=stages.min_score,
-    )
-
-
-@dataclass(frozen=True)
-class SeeingParts:
-    """What turns a snapshot into a segmented scene and an occlusion volume; as in `Pipeline`. `rough`: depth has a
-    sensor's errors.
-    """
-
-    perception: Perception
-    depth: Depth
-    noise: NoiseConfig | None
-    occlusion: OcclusionConfig
-    rough: bool
-
-
-def build_seeing(
-    stages: PipelineSpec, workspace: Workspace, *, noisy: bool = False, rough: bool = False
-) -> SeeingParts:
-    """The part of a pipeline that sees. As `build_pipeline`."""
-    context = BuildContext(workspace=workspace)
-    depth = make_stage(stages, "depth", context)
-    rough = rough or noisy or DEPTHS.traits(depth).rough
-    return SeeingParts(
-        perception=make_stage(stages, "perception", context, rough=rough),
-        depth=depth,
-        noise=configured(stages, "noise", stereo_camera()) if noisy else None,
-        occlusion=configured(stages, "occlusion", FIXED_REAL_CAMERA if rough else FIXED_CAMERA),
-        rough=rough,
     )
 
 

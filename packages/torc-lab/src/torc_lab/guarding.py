@@ -1,7 +1,7 @@
 """What is done where nobody would feel a contact: slower approaches, and grasps further from their neighbours."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from torc.pipeline.building import System, build_system
@@ -16,21 +16,15 @@ _OWNERS = {"motion": "sampling", "grasps": "geometric"}
 """The planners that have these settings."""
 
 
-@dataclass(frozen=True)
-class Guarded:
-    """A system made for how its robot feels contacts, and `text` that says so."""
+def guarded(system: System, execution: ExecutionConfig) -> tuple[System, str]:
+    """Return the system for how its robot feels contact, and a text that says so.
 
-    system: System
-    text: str
-
-
-def guarded(system: System, execution: ExecutionConfig) -> Guarded:
-    """The system as it is for an arm with a guard; else with the settings `WITHOUT_GUARD`, but for those that the
-    conditions name themselves, and those that its planners do not have.
+    Without a guard it is built again with the settings `WITHOUT_GUARD`, except for those that the conditions set and
+    those that its planners do not have.
     """
     if execution.approach_guard is not None:
         force_n = execution.approach_guard.max_force_n
-        return Guarded(system, f"The robot stops at a contact of {force_n:g} N while it approaches.")
+        return system, f"The robot stops at a contact of {force_n:g} N while it approaches."
     spec = system.conditions
     have = {stage for stage, owner in _OWNERS.items() if getattr(spec, stage) == owner}
     own = {k: v for k, v in WITHOUT_GUARD.items() if k.partition(".")[0] in have}
@@ -41,9 +35,7 @@ def guarded(system: System, execution: ExecutionConfig) -> Guarded:
         + _told(speed, "Approaches are slow: {:g} m/s. ", "approaches")
         + _told(margin, "Grasps keep {:g} m from other objects.", "grasps")
     )
-    return Guarded(
-        build_system(replace(spec, settings=settings), system.workspace, system.robot), text.strip()
-    )
+    return build_system(replace(spec, settings=settings), system.workspace, system.robot), text.strip()
 
 
 def _told(value: Any, text: str, what: str) -> str:

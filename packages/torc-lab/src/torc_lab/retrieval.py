@@ -14,7 +14,7 @@ from torc.episode.steps import EpisodeConfig
 from torc.episode.trial import Trial, recorded_trial
 from torc.errors import InputError, TorcError
 from torc.perception.protocol import Wanted
-from torc.pipeline.building import build_system, sources
+from torc.pipeline.building import System, build_system, sources
 from torc.pipeline.planners import make_spec_planner, refuse_simulated
 from torc.pipeline.warm_up import announced_compilation
 from torc.records import PickOutcome, PickPlan, PlanFailure
@@ -25,7 +25,7 @@ from torc.task_planning.protocol import TaskPlanner
 from torc.vlm.cache import CacheConfig
 from torc_lab.checks import stretch_for
 from torc_lab.devices import is_at_rest_pose, limits, opened_lab, planned_for
-from torc_lab.guarding import Guarded, guarded
+from torc_lab.guarding import guarded
 from torc_lab.lab_file import Lab
 from torc_lab.person import Ask, Confirmation, Confirming, ask_in_terminal
 from torc_lab.planning import LimitedMotionPlanner
@@ -102,9 +102,9 @@ def retrieve(
 
     def play() -> dict[str, Any]:
         with opened_lab(lab, confirmation) as robot, announced_compilation(say):
-            careful = guarded(system, robot.config)
-            say(careful.text)
-            trial = _LabTrial(lab, careful, robot, planner, wanted, operation, say)
+            careful, guard = guarded(system, robot.config)
+            say(guard)
+            trial = _LabTrial(lab, careful, guard, robot, planner, wanted, operation, say)
             return trial.play(spec, [recorder, confirmation.listen, *listeners])
 
     return recorded_trial(recorder, about, play, TorcError)
@@ -116,7 +116,8 @@ class _LabTrial:
     def __init__(
         self,
         lab: Lab,
-        careful: Guarded,
+        system: System,
+        guard: str,
         robot: LabRobot,
         planner: TaskPlanner,
         wanted: Wanted,
@@ -125,8 +126,8 @@ class _LabTrial:
     ) -> None:
         self.lab, self.robot, self.planner = lab, robot, planner
         self.wanted, self.operation, self.say = wanted, operation, say
-        within = LimitedMotionPlanner(careful.system.motion_planner, lab.robot, limits(lab))
-        self.system, self.guard = replace(careful.system, motion_planner=within), careful.text
+        within = LimitedMotionPlanner(system.motion_planner, lab.robot, limits(lab))
+        self.system, self.guard = replace(system, motion_planner=within), guard
 
     def play(self, spec: TrialSpec, listeners: Sequence[Listener]) -> dict[str, Any]:
         """The facts of the result."""

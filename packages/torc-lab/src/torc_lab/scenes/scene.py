@@ -26,11 +26,11 @@ from torc.io.results import check_place, write_json
 from torc.perception.checked_scenes import ask_camera, ask_depth, ask_perception
 from torc.perception.protocol import Picture, Wanted
 from torc.perception.target import MAX_PICTURES, load_pictures
-from torc.pipeline.building import build_seeing, make_stage
+from torc.pipeline.building import make_stage
 from torc.pipeline.frames.plausibility import clean_depth
 from torc.records import BACKGROUND, TARGET_ID, Observation, SegmentedScene
 from torc.registry.context import BuildContext
-from torc.registry.kinds import PERCEPTIONS
+from torc.registry.kinds import DEPTHS, PERCEPTIONS
 from torc.robots.protocols import Camera
 from torc_lab.lab_file import Lab
 from torc_lab.protocols import LabError
@@ -123,7 +123,9 @@ class Eyes:
 
     def find(self, seen: Observation, wanted: Wanted) -> SegmentedScene:
         """The objects in a snapshot. Raises InputError for a perception that is given its masks, or cannot be made."""
-        perception = build_seeing(self._lab.conditions, self._lab.workspace).perception
+        context = BuildContext(workspace=self._lab.workspace)
+        rough = DEPTHS.traits(self._depth).rough
+        perception = make_stage(self._lab.conditions, "perception", context, rough=rough)
         if PERCEPTIONS.traits(perception).needs_labels:
             raise InputError(
                 "Perception 'labels' finds nothing in real pictures: name another in the lab file."

@@ -1,4 +1,4 @@
-"""The files of a stored frame, read within bounds."""
+"""JSON, pictures and arrays of untrusted files, read within bounds."""
 
 import json
 import zipfile
