@@ -6,8 +6,6 @@ import numpy as np
 from jaxtyping import Float, Int64
 from numba import njit
 
-from torc.geometry.transforms import kernel_array
-
 
 class PointCells(NamedTuple):
     """Points sorted by cell, also for kernels.
@@ -30,7 +28,7 @@ class PointCells(NamedTuple):
 
 def group(points: Float[np.ndarray, "n 3"], tags: Int64[np.ndarray, "n"], cell_m: float) -> PointCells:
     """Group points in cells of edge `cell_m`; within a cell they keep their order."""
-    points = kernel_array(points)
+    points = np.array(points, dtype=np.float64, order="C")  # kernels take writable arrays
     order, starts = cell_runs(points, cell_m)
     centers, radii = _spheres(points, order, starts)
     return PointCells(points[order], np.asarray(tags, dtype=np.int64)[order], order, starts, centers, radii)
@@ -43,8 +41,8 @@ def thin_out(
 
     Normals that are not finite become zero.
     """
-    p = kernel_array(points)
-    n = kernel_array(np.nan_to_num(np.asarray(normals, dtype=np.float64), posinf=0.0, neginf=0.0))
+    p, n = (np.array(a, dtype=np.float64, order="C") for a in (points, normals))
+    np.nan_to_num(n, copy=False, posinf=0.0, neginf=0.0)
     order, starts = cell_runs(p, voxel_m)
     return _means(p, n, order, starts)
 

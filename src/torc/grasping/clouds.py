@@ -6,7 +6,6 @@ import numpy as np
 from jaxtyping import Float
 from numba import njit
 
-from torc.geometry.transforms import kernel_array
 from torc.grasping.cells import PointCells, group, thin_out
 from torc.grasping.completion import Completion, complete
 from torc.grasping.config import CloudConfig
@@ -101,7 +100,8 @@ def _support_roughness_m(scene: SegmentedScene, support_z_m: float) -> float:
 
 
 def _roughness_m(o: SegmentedObject) -> float:
-    return float(roughness(kernel_array(o.points), kernel_array(o.normals), _NEAR_M, _SAMPLES))
+    points, normals = (np.array(a, dtype=np.float64, order="C") for a in (o.points, o.normals))
+    return float(roughness(points, normals, _NEAR_M, _SAMPLES))
 
 
 @njit(cache=True)

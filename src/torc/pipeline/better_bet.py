@@ -13,6 +13,7 @@ No circle of objects wait for each other: an object other than the target waits 
 come, and nothing waits for the target.
 """
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -58,29 +59,29 @@ def hold_back_worse_bets(
     for grasp in np.flatnonzero(report.status == GraspStatus.VALID).tolist():
         k = int(grasps.object_ids[grasp])
         best[k] = max(best.get(k, 0.0), float(grasps.scores[grasp]))
-    waits = [k for k in best if _waits(k, best, report, grasps, picks_left, config)]
+    picks = expected_picks(np.array([*best.values()]), 0.0, np.array(picks_left))
+    clearing = dict(zip(best, picks.tolist()))
+    waits = []
+    for object_id, score in best.items():
+        lost_share = config.lost_share if object_id == TARGET_ID else 0.0
+        better = list(_ways_to_better_grasps(object_id, clearing, report, grasps))
+        left = np.maximum(picks_left - np.array([0, *(n for n, _, _ in better)]), 0)
+        scores = np.array([score, *(p for _, p, _ in better)])
+        now, *later = expected_picks(scores, lost_share, left).tolist()
+        if any(cost + then < now for (_, _, cost), then in zip(better, later)):
+            waits.append(object_id)
     held_back = (report.status == GraspStatus.VALID) & np.isin(grasps.object_ids, waits)
     return with_status(report, grasps, np.where(held_back, np.uint8(GraspStatus.UNLIKELY), report.status))
 
 
-def _waits(
-    object_id: int,
-    best: dict[int, float],
-    report: GraspReport,
-    grasps: GraspSet,
-    picks_left: int,
-    config: BetConfig,
-) -> bool:
-    """Whether clearing what blocks a better grasp first takes fewer picks, as expected."""
-    lost_share = config.lost_share if object_id == TARGET_ID else 0.0
-    now = expected_picks(best[object_id], lost_share, picks_left)
+def _ways_to_better_grasps(
+    object_id: int, clearing: Mapping[int, float], report: GraspReport, grasps: GraspSet
+) -> Iterator[tuple[int, float, float]]:
+    """For each blocked grasp that other graspable objects alone block: how many they are, the grasp's probability, and
+    the picks that clearing them takes.
+    """
     for grasp in np.flatnonzero((grasps.object_ids == object_id) & (report.status == GraspStatus.BLOCKED)):
         bits = int(report.blockers[grasp])
-        in_the_way = [k for k in best if k != object_id and bits >> k & 1]
-        if TARGET_ID in in_the_way or sum(1 << k for k in in_the_way) != bits or bits == 0:
-            continue
-        clearing = sum(expected_picks(best[k], 0.0, picks_left) for k in in_the_way)
-        left = max(picks_left - len(in_the_way), 0)
-        if clearing + expected_picks(float(grasps.scores[grasp]), lost_share, left) < now:
-            return True
-    return False
+        in_the_way = [k for k in clearing if k != object_id and bits >> k & 1]
+        if in_the_way and TARGET_ID not in in_the_way and sum(1 << k for k in in_the_way) == bits:
+            yield len(in_the_way), float(grasps.scores[grasp]), sum(clearing[k] for k in in_the_way)

@@ -1,7 +1,7 @@
 """What perception makes of a snapshot."""
 
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from jaxtyping import Float32, Int16, Int32
@@ -30,7 +30,7 @@ class SegmentedObject:
     normals: Float32[np.ndarray, "n 3"]
     pixels: Int32[np.ndarray, "n 2"]
     pixel_count: int
-    felt: Float32[np.ndarray, "k 3"] = field(default_factory=lambda: np.zeros((0, 3), np.float32))
+    felt: Float32[np.ndarray, "k 3"] = field(default_factory=partial(np.zeros, (0, 3), np.float32))
 
 
 @dataclass(frozen=True)

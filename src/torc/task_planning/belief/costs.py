@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float, Int64, UInt32, UInt64
+from numpy.typing import ArrayLike
 
 from torc.records import GraspStatus, PlanningContext
 from torc.records.graph import DependencyEdge, EdgeKind
@@ -149,8 +150,7 @@ def target_costs(
     p = np.where(masks == 0, way.now, after)
     missing = np.where(masks == 0, 0.0, _missing(there, config))
     left = np.maximum(picks_left - np.bitwise_count(masks).astype(int), 0)
-    tries = [expected_picks(float(row), config.lost_share, int(picks)) for row, picks in zip(p, left)]
-    return np.array(tries) + missing + config.loaded * _count(way.on_it, gone)
+    return expected_picks(p, config.lost_share, left) + missing + config.loaded * _count(way.on_it, gone)
 
 
 def _price_by_set(way: Ways, config: PriceConfig) -> Float[np.ndarray, "g"]:
@@ -182,18 +182,14 @@ def _count(bits: int, gone: UInt64[np.ndarray, "s"]) -> Int64[np.ndarray, "s"]:
     return np.bitwise_count(np.uint64(bits) & ~gone).astype(np.int64)
 
 
-def expected_picks(p: float, lost_share: float, picks_left: int) -> float:
-    """Expected number of picks to get an object out by a grasp that succeeds with probability p; infinite for p = 0.
+def expected_picks(p: ArrayLike, lost_share: float, picks_left: ArrayLike) -> Float[np.ndarray, "*s"]:
+    """Return the expected number of picks to get an object out by a grasp that succeeds with probability p; infinite
+    for p = 0.
 
     With q the share of failed tries that lose the object, and with it all picks that are left:
 
         cost(p) = tries + lost * picks_left,  tries = 1 / (p + q (1 - p)),  lost = q (1 - p) * tries
     """
-    return picks_until(p, lost_share * (1 - p), picks_left) if p > 0 else float("inf")
-
-
-def picks_until(comes: float, goes: float, picks_left: int) -> float:
-    """Expected number of picks where a try gets the object with probability `comes` and loses it with `goes`. Not both
-    may be 0.
-    """
-    return float((1 + goes * picks_left) / (comes + goes))
+    comes = np.where(np.asarray(p) > 0, p, 1.0)
+    goes = lost_share * (1 - comes)
+    return np.where(np.asarray(p) > 0, (1 + goes * np.asarray(picks_left)) / (comes + goes), np.inf)

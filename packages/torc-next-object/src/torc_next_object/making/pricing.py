@@ -18,7 +18,6 @@ from torc.oracle.ideal import MAX_PICKS, best_hold
 from torc.oracle.solve import options_of
 from torc.pipeline.better_bet import BetConfig
 from torc.records import TARGET_ID, PlanningContext
-from torc.task_planning.belief.costs import picks_until
 
 CALIBRATION_ERROR = 0.03
 _ERRORS = (-CALIBRATION_ERROR, CALIBRATION_ERROR)
@@ -54,7 +53,7 @@ def price_of(holds: Sequence[float], picks_left: int, is_target: bool = False) -
     def picks(change: float) -> float:
         comes = min(max(float(p.mean()) + change, _LEAST_P), 1.0)
         goes = min(max(lost - lost_share * change, 0.0), 1.0 - comes)
-        return min(picks_until(comes, goes, picks_left), float(MAX_PICKS))
+        return min((1 + goes * picks_left) / (comes + goes), float(MAX_PICKS))
 
     return Price(picks(0.0), picks(error), picks(-error))
 
