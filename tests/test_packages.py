@@ -115,7 +115,6 @@ DOORS = {
     "torc.robots.gripper",
     "torc.robots.ik",
     "torc.robots.kinematics",
-    "torc.robots.loading",
     "torc.robots.protocols",
     "torc.sim.actuation",
     "torc.sim.portraits",
@@ -124,7 +123,6 @@ DOORS = {
     "torc.sim.stepping",
     "torc.specs.conditions",
     "torc.specs.spec_files",
-    "torc.specs.trial",
     "torc.task_planning.dg_select",
     "torc.task_planning.protocol",
     "torc.task_planning.random_choice",
@@ -132,7 +130,6 @@ DOORS = {
     "torc.testing.conformance",
     "torc.vlm.answers",
     "torc.vlm.cache",
-    "torc.vlm.config",
     "torc.vlm.failures",
     "torc.vlm.numerals",
     "torc.vlm.picture_config",
@@ -150,7 +147,6 @@ DOORS = {
     "torc.web.frames",
     "torc.web.shelf",
     "torc.workspace.description",
-    "torc.workspace.workspace_files",
 }
 """Modules of the core that satellites import: the shorter this list, the better."""
 HELPERS = {

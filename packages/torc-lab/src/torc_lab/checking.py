@@ -7,7 +7,7 @@ from typing import Any, cast
 import cv2
 import numpy as np
 
-from torc.errors import InputError, TorcError
+from torc import InputError, TorcError
 from torc.registry.loading import blamed
 from torc_lab.calibration.marker import MOVED_M, marker_shift_m
 from torc_lab.calibration.noted import is_calibrated, marker_of_lab

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
-from torc.errors import InputError
+from torc import InputError
 from torc.robots.description import ArmDescription
 from torc_lab.protocols import ArmDriver, LabError, SeesOtherJoints
 

@@ -10,7 +10,8 @@ import numpy as np
 from jaxtyping import Float
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, model_validator
 
-from torc.errors import InputError, UnknownNameError
+from torc import Conditions, InputError, load_robot, load_workspace
+from torc.errors import UnknownNameError
 from torc.io.reading import read_text
 from torc.io.strict_yaml import Number, explain_faults, parse_plain_yaml
 from torc.registry.kinds import ARM_DRIVERS, GRIPPER_DRIVERS, Kind
@@ -18,10 +19,7 @@ from torc.registry.loading import load_part
 from torc.registry.settings import config_class
 from torc.robots.description import RobotDescription
 from torc.robots.kinematics import tool0_poses
-from torc.robots.loading import load_robot
-from torc.specs.conditions import Conditions
 from torc.workspace.description import Workspace
-from torc.workspace.workspace_files import load_workspace
 from torc_lab.checks import REDUCED_SPEED_M_S
 from torc_lab.identity import check_settings
 

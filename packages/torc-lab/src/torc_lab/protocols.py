@@ -8,7 +8,8 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from jaxtyping import Float
 
-from torc.errors import PickHaltedError, TorcError
+from torc import TorcError
+from torc.errors import PickHaltedError
 from torc.records import Trajectory
 from torc.robots.protocols import Gripper
 

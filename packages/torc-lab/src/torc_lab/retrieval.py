@@ -5,22 +5,20 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from torc import InputError, PickOutcome, PlannerSpec, TorcError, Trial, TrialSpec, Wanted
 from torc.episode.events import Event, Listener, Planned, Started
 from torc.episode.log import result_facts
 from torc.episode.loop import Episode, run_episode
 from torc.episode.pick_view import view_of
 from torc.episode.recorder import TrialRecorder
 from torc.episode.steps import EpisodeConfig
-from torc.episode.trial import Trial, recorded_trial
-from torc.errors import InputError, TorcError
-from torc.perception.protocol import Wanted
+from torc.episode.trial import recorded_trial
 from torc.pipeline.building import System, build_system, sources
 from torc.pipeline.planners import make_spec_planner, refuse_simulated
 from torc.pipeline.warm_up import announced_compilation
-from torc.records import PickOutcome, PickPlan, PlanFailure
+from torc.records import PickPlan, PlanFailure
 from torc.registry.kinds import PERCEPTIONS
 from torc.specs.spec_files import to_plain
-from torc.specs.trial import PlannerSpec, TrialSpec
 from torc.task_planning.protocol import TaskPlanner
 from torc.vlm.cache import CacheConfig
 from torc_lab.checks import stretch_for

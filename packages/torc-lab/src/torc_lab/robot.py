@@ -3,7 +3,8 @@
 from collections.abc import Callable
 from dataclasses import replace
 
-from torc.records import Observation, PickOutcome, PickPlan
+from torc import Observation, PickOutcome
+from torc.records import PickPlan
 from torc.robots.description import RobotDescription
 from torc.robots.execution import ExecutionConfig, ExecutionTrace, PhaseTrace, execute_pick
 from torc.robots.protocols import Arm, Camera, Gripper, HeldCheck

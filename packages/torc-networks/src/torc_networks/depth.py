@@ -3,8 +3,8 @@
 from dataclasses import dataclass, field
 from typing import ClassVar
 
+from torc import Observation
 from torc.perception.disparity import LearnedStereoConfig, is_scaled, pair_of, scaled, with_disparity
-from torc.records import Observation
 from torc_networks.addresses import ServerConfig
 from torc_networks.client import NetworkClient
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, UInt8
 
-from torc.errors import InputError, TorcError
+from torc import InputError, TorcError
 
 _ROTATION_TOLERANCE = 1e-2
 _FAR_M = 100.0

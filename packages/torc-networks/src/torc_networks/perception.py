@@ -6,11 +6,10 @@ import cv2
 import numpy as np
 from jaxtyping import Bool
 
+from torc import Observation, Wanted
 from torc.perception.disparity import is_scaled
 from torc.perception.from_masks import FromMasks, FromMasksConfig, Masks
-from torc.perception.protocol import Wanted
 from torc.perception.segmentation import valid_depth
-from torc.records import Observation
 from torc.workspace.description import Workspace
 from torc_networks.addresses import ServerConfig
 from torc_networks.client import NetworkClient

@@ -16,12 +16,11 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float32, Int64
 
-from torc.errors import InputError
+from torc import InputError, Observation
 from torc.perception.embedded.inputs import View
 from torc.perception.embedded.region import rising
 from torc.perception.from_masks import Masks
 from torc.perception.segmentation import PerceptionConfig, valid_depth
-from torc.records import Observation
 from torc.workspace.description import Workspace
 
 

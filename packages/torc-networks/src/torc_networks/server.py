@@ -9,7 +9,8 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import torc
-from torc.errors import InputError, MissingDependencyError, TorcError, extra_remedy
+from torc import InputError, TorcError
+from torc.errors import MissingDependencyError, extra_remedy
 from torc.interrupts import ended_like_ctrl_c
 from torc_networks.addresses import OPEN, is_loopback
 from torc_networks.wire import MAX_BYTES, WireError, decode, encode

@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from torc.errors import MissingDependencyError, TorcError, extra_remedy
+from torc import TorcError
+from torc.errors import MissingDependencyError, extra_remedy
 
 MAX_BYTES = 2**28
 """Longest message by default."""

@@ -9,10 +9,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from torc import InputError, TorcError
 from torc.benchmark.spec import BenchSpec, PlannedTrial
 from torc.benchmark.store import TRIAL, Store
 from torc.episode.events import Event, Executed, Halted, Looked
-from torc.errors import InputError, TorcError
 from torc.io.reading import read_text
 from torc.io.results import write_json
 from torc.vlm.cache import CacheConfig

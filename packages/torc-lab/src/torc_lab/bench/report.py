@@ -6,6 +6,7 @@ from math import comb
 
 from scipy.stats import fisher_exact
 
+from torc import Table
 from torc.benchmark.comparison import ALPHA
 from torc.benchmark.intervals import LEVEL
 from torc.benchmark.measures import COST, DROP_FREE, DROPS, SUCCESS
@@ -21,7 +22,7 @@ from torc.benchmark.paper import (
 from torc.benchmark.report.cells import Cell, TextTable
 from torc.benchmark.report.pages import Block, Section
 from torc.benchmark.report.tables import comparison_table
-from torc.benchmark.rows import Table, TrialRow
+from torc.benchmark.rows import TrialRow
 from torc.io.reading import read_text
 
 _HEADER = (

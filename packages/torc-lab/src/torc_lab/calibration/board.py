@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from jaxtyping import Float, Int64, UInt8
 
-from torc.errors import InputError
+from torc import InputError
 from torc_lab.protocols import LabError
 
 _LEAST_CORNERS = 8

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float, UInt8
 from scipy.spatial.transform import Rotation
 
-from torc.errors import InputError
+from torc import InputError
 from torc.geometry.transforms import Pose, make_pose, project, transform_points
 from torc.io.reading import read_plain_text
 from torc.io.strict_yaml import parse_plain_yaml

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from PIL import Image, ImageDraw, ImageFont
 
-from torc.errors import InputError
+from torc import InputError
 from torc_lab.calibration.board import Board
 from torc_lab.calibration.marker import MARKER_M, marker_picture
 

@@ -10,9 +10,8 @@ import numpy as np
 import yaml
 from jaxtyping import Float
 
-from torc.errors import InputError
+from torc import InputError, Observation
 from torc.geometry.transforms import Pose
-from torc.records import Observation
 from torc.robots.description import ArmDescription
 from torc.robots.kinematics import tool0_poses
 from torc_lab.calibration.board import Board

@@ -10,7 +10,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from torc.errors import InputError
+from torc import InputError
 from torc.geometry.transforms import Pose, invert
 from torc.io.reading import read_bytes, read_plain_text
 from torc.io.strict_yaml import parse_plain_yaml

@@ -7,12 +7,11 @@ from typing import ClassVar, Self
 
 import numpy as np
 
+from torc import Observation, load_workspace
 from torc.errors import CameraError
 from torc.pipeline.frames.plausibility import check_intrinsics, clean_depth
-from torc.records import Observation
 from torc.registry.kinds import CameraTraits
 from torc.workspace.description import Workspace
-from torc.workspace.workspace_files import load_workspace
 from torc_lab.cameras.poses import placed, read_pose
 
 

@@ -7,7 +7,7 @@ Its transform is the pose of `tracking_base_frame` in `robot_base_frame` (eye on
 from collections.abc import Mapping
 from typing import Any
 
-from torc.errors import InputError
+from torc import InputError
 from torc.geometry.transforms import Pose
 from torc.pipeline.frames.values import parse_pose
 

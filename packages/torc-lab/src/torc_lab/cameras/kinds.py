@@ -3,13 +3,11 @@
 from dataclasses import dataclass
 from typing import Any
 
-from torc.errors import InputError, TorcError
+from torc import Conditions, InputError, TorcError, load_workspace
 from torc.registry.context import BuildContext
 from torc.registry.kinds import CAMERAS
 from torc.registry.loading import load_part, make_part, part_lines
 from torc.registry.settings import under
-from torc.specs.conditions import Conditions
-from torc.workspace.workspace_files import load_workspace
 
 SIMULATED = "simulated"
 

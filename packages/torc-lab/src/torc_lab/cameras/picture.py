@@ -4,8 +4,9 @@ import cv2
 import numpy as np
 from jaxtyping import Float32, UInt8
 
+from torc import Observation
 from torc.drawing.marking import mark_image
-from torc.records import Observation, SegmentedScene
+from torc.records import SegmentedScene
 
 _GAP_PX = 6
 _HATCH_PX = 8

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from torc.errors import InputError
+from torc import InputError, Observation
 from torc.geometry.transforms import Pose
 from torc.io.reading import read_plain_text
 from torc.io.strict_yaml import parse_plain_yaml
@@ -17,7 +17,6 @@ from torc.perception.stereo import SgbmDepth
 from torc.pipeline.frames.level import level_pose
 from torc.pipeline.frames.plausibility import check_pose
 from torc.pipeline.frames.values import parse_pose
-from torc.records import Observation
 from torc.workspace.description import Workspace
 from torc_lab.cameras.easy_handeye import is_easy_handeye, pose_of_easy_handeye
 

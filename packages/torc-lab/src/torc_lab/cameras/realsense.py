@@ -11,9 +11,10 @@ from typing import Any, ClassVar
 import numpy as np
 from jaxtyping import Float, UInt8
 
+from torc import Observation
 from torc.errors import CameraError
 from torc.geometry.transforms import make_pose
-from torc.records import Observation, StereoPair
+from torc.records import StereoPair
 from torc.workspace.description import Workspace
 from torc_lab.cameras.base import RealCamera
 from torc_lab.cameras.lens import PinholeMap, brown_conrady, pinhole_map

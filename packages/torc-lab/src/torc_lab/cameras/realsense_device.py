@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
-from torc.errors import CameraError, InputError, MissingDependencyError, extra_remedy
+from torc import InputError
+from torc.errors import CameraError, MissingDependencyError, extra_remedy
 
 _WAITING = 16
 """Sets of pictures that may have waited since the last call."""

@@ -12,8 +12,8 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from torc.errors import CameraError, InputError, MissingDependencyError, extra_remedy
-from torc.records import Observation
+from torc import InputError, Observation
+from torc.errors import CameraError, MissingDependencyError, extra_remedy
 from torc.workspace.description import Workspace
 from torc_lab.cameras.base import RealCamera
 from torc_lab.cameras.ros_messages import RosImage, RosLens, read_image, read_lens

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from jaxtyping import Float, Float32, UInt8
 
-from torc.errors import InputError
+from torc import InputError
 from torc_lab.cameras.lens import PinholeMap, brown_conrady, pinhole_map
 
 _PIXELS: Mapping[str, tuple[str, int]] = {

@@ -12,8 +12,9 @@ from typing import Any, ClassVar
 import numpy as np
 from jaxtyping import Float
 
-from torc.errors import CameraError, InputError, MissingDependencyError
-from torc.records import Observation, StereoPair
+from torc import InputError, Observation
+from torc.errors import CameraError, MissingDependencyError
+from torc.records import StereoPair
 from torc.workspace.description import Workspace
 from torc_lab.cameras.base import RealCamera
 

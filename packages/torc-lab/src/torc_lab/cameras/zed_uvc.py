@@ -14,8 +14,9 @@ import cv2
 import numpy as np
 from jaxtyping import UInt8
 
-from torc.errors import CameraError, InputError
-from torc.records import Observation, StereoPair
+from torc import InputError, Observation
+from torc.errors import CameraError
+from torc.records import StereoPair
 from torc.workspace.description import Workspace
 from torc_lab.cameras.base import RealCamera
 from torc_lab.cameras.zed_calibration import SIZES, Rectifier, read_calibration, row_difference

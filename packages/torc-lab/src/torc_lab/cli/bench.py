@@ -66,8 +66,8 @@ class LabBenchCommand:
 
     def run(self) -> int:
         """Play; returns the exit code."""
+        from torc import InputError
         from torc.benchmark.store import Store
-        from torc.errors import InputError
         from torc_lab.bench.planning import plan_lab_bench
         from torc_lab.lab_file import load_lab
         from torc_lab.scenes.scene import load_scene

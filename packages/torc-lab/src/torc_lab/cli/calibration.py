@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal
 
 import tyro
 
-from torc.errors import InputError
+from torc import InputError
 
 if TYPE_CHECKING:
     from torc_lab.calibration.board import Board

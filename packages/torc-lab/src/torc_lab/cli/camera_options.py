@@ -7,11 +7,12 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from torc import Conditions
 from torc.registry.settings import Settings
-from torc.specs.conditions import DEFAULT_WORKSPACE, Conditions
+from torc.specs.conditions import DEFAULT_WORKSPACE
 
 if TYPE_CHECKING:
-    from torc.records import Observation
+    from torc import Observation
 
 
 @dataclass(frozen=True)

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from torc import InputError
 from torc.cli.printing import tell
-from torc.errors import InputError
 from torc_lab.cli.camera_options import CameraOptions, opened, snapshot
 
 if TYPE_CHECKING:
-    from torc.records import Observation
+    from torc import Observation
 
 _NAME = "frame_{:04d}"
 

@@ -54,8 +54,8 @@ class ShowCommand:
 
     def _see(self, camera: object) -> Sight:
         """What is seen, also where the camera's pose cannot be estimated: then it has to be turned."""
+        from torc import InputError
         from torc.brain.seeing import Sight, measured, see
-        from torc.errors import InputError
         from torc.registry.kinds import CAMERAS
 
         conditions = self.camera.conditions()
@@ -86,7 +86,8 @@ class ShowCommand:
 
     def _watch(self, board: CameraBoard, camera: object) -> None:
         """One more picture, if somebody looks at them; trouble is shown there, and tried again."""
-        from torc.errors import CameraError, InputError
+        from torc import InputError
+        from torc.errors import CameraError
 
         if not board.watched:
             time.sleep(_IDLE_S)

@@ -20,7 +20,7 @@ from torc_lab.cli.calibration import BoardCommand, CalibrateCommand
 from torc_lab.cli.scene import SceneCommand
 
 if TYPE_CHECKING:
-    from torc.problems.problem import Problem
+    from torc import Problem
     from torc_lab.twin.rehearsal import Rehearsal
 
 
@@ -108,7 +108,7 @@ class TwinCommand:
 
     def run(self) -> int:
         """Run until Ctrl-C."""
-        from torc.problems.problem import load_problem
+        from torc import load_problem
         from torc_lab.lab_file import load_lab
         from torc_lab.twin.faults import FAULTS, SCENE
         from torc_lab.twin.rehearsal import rehearsal, write_lab

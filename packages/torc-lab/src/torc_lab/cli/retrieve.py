@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
+from torc import PlannerSpec, TrialSpec
 from torc.cli.printing import print_json
 from torc.cli.vlm_options import VlmOptions
 from torc.cli.wanted import wanted_of
 from torc.cli.web_page import PageOptions, check_web_libraries, served_page
 from torc.episode.viewer_links import trial_key
 from torc.registry.settings import Settings
-from torc.specs.trial import PlannerSpec, TrialSpec
 
 if TYPE_CHECKING:
-    from torc.perception.protocol import Wanted
+    from torc import Wanted
     from torc_lab.lab_file import Lab
 
 

@@ -48,7 +48,7 @@ class SceneCommand:
 
     def run(self) -> int:
         """Store, or lay out."""
-        from torc.errors import InputError
+        from torc import InputError
         from torc_lab.scenes.scene import is_scene
 
         told = bool(self.target or self.reference or self.mark or self.target_size)

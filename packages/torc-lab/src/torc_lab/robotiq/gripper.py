@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from torc.errors import InputError
+from torc import InputError
 from torc.robots.protocols import GripperState
 from torc_lab.protocols import LabError
 from torc_lab.robotiq.registers import ACTIVATE, RESET, GripperCommand, GripperStatus, Object

@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from torc.errors import InputError
+from torc import InputError
 from torc.records import Trajectory
 from torc_lab.checks import thinned
 from torc_lab.exclusive import ControllerLock

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from torc.errors import InputError
+from torc import InputError
 from torc.robots.protocols import GripperState
 from torc_lab.protocols import LabError
 from torc_lab.ros.messages import JOINT_STATE_TYPES, result_of

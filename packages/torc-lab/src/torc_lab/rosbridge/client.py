@@ -15,7 +15,8 @@ from dataclasses import dataclass
 from types import TracebackType
 from typing import Any, Self
 
-from torc.errors import MissingDependencyError, TorcError, extra_remedy
+from torc import TorcError
+from torc.errors import MissingDependencyError, extra_remedy
 from torc_lab.rosbridge.fragments import Fragments
 
 _MAX_BYTES = 256 * 2**20

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from torc.errors import TorcError
+from torc import TorcError
 
 _MOST_BEGUN = 8
 """Messages of which some fragments came, and others not."""

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 from jaxtyping import Float32
 
-from torc.records import Observation
+from torc import Observation
 
 _REACH = 0.12
 """Share of the picture's height within which it is looked for, up, down and sideways."""

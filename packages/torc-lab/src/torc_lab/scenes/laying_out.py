@@ -10,8 +10,8 @@ from typing import Any, Literal, Protocol
 import numpy as np
 from jaxtyping import UInt8
 
-from torc.errors import InputError, TorcError
-from torc.records import TARGET_ID, Observation
+from torc import InputError, Observation, TorcError
+from torc.records import TARGET_ID
 from torc_lab.cameras.kinds import open_camera
 from torc_lab.devices import close_arm, close_camera, connect_arm, is_at_rest_pose
 from torc_lab.lab_file import Lab

@@ -13,9 +13,9 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float32, Int16, UInt8
 
-from torc.errors import InputError
+from torc import InputError, Observation
 from torc.geometry.transforms import unproject
-from torc.records import BACKGROUND, Observation, VoxelGrid
+from torc.records import BACKGROUND, VoxelGrid
 
 _FAR = np.float32(1e6)
 

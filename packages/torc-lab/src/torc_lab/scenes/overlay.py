@@ -4,9 +4,9 @@ import cv2
 import numpy as np
 from jaxtyping import UInt8
 
+from torc import Observation
 from torc.drawing.marking import rim, write_numbers
 from torc.drawing.strip import crop_around_objects
-from torc.records import Observation
 from torc_lab.scenes.overlap import Overlap
 
 _GHOST = 0.45

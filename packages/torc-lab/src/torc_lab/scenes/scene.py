@@ -15,20 +15,20 @@ import cv2
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from torc import InputError, Observation, Wanted
 from torc.drawing.marking import mark_image
 from torc.episode.log import digest
-from torc.errors import InputError
 from torc.io.digests import fingerprint
 from torc.io.pictures import write_png
 from torc.io.reading import read_bytes
 from torc.io.record_files import load_checked, save_record
 from torc.io.results import check_place, write_json
 from torc.perception.checked_scenes import ask_camera, ask_depth, ask_perception
-from torc.perception.protocol import Picture, Wanted
+from torc.perception.protocol import Picture
 from torc.perception.target import MAX_PICTURES, load_pictures
 from torc.pipeline.building import make_stage
 from torc.pipeline.frames.plausibility import clean_depth
-from torc.records import BACKGROUND, TARGET_ID, Observation, SegmentedScene
+from torc.records import BACKGROUND, TARGET_ID, SegmentedScene
 from torc.registry.context import BuildContext
 from torc.registry.kinds import DEPTHS, PERCEPTIONS
 from torc.robots.protocols import Camera

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from torc.errors import InputError
+from torc import InputError
 from torc.records import Trajectory
 from torc_lab.checks import thinned
 from torc_lab.exclusive import ControllerLock

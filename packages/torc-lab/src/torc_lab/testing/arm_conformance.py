@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from torc.errors import TorcError
+from torc import TorcError
 from torc.records import Trajectory
 from torc.registry.kinds import ARM_DRIVERS
 from torc.testing.conformance import require, trait_faults

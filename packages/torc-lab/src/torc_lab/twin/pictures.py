@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from torc.records import Observation
+from torc import Observation
 from torc_lab.ros.messages import RosVersion, duration
 
 

@@ -8,9 +8,8 @@ from typing import Any
 
 import yaml
 
-from torc.errors import InputError
+from torc import InputError, Problem
 from torc.io.reading import read_text
-from torc.problems.problem import Problem
 from torc_lab.identity import hardware_of
 from torc_lab.lab_file import Lab
 from torc_lab.twin.franka import FrankaHandTwin

@@ -12,9 +12,8 @@ from typing import Self, TypeVar
 
 import numpy as np
 
-from torc.errors import InputError, TorcError
-from torc.problems.problem import Problem
-from torc.records import TARGET_ID, Observation
+from torc import InputError, Observation, Problem, TorcError
+from torc.records import TARGET_ID
 from torc.robots.description import RobotDescription
 from torc.sim.actuation import SimulatedArm, SimulatedGripper
 from torc.sim.robot import SimulatedCamera

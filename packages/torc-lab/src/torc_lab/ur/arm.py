@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from torc.errors import InputError, MissingDependencyError, extra_remedy
+from torc import InputError
+from torc.errors import MissingDependencyError, extra_remedy
 from torc.records import Trajectory
 from torc_lab.exclusive import ControllerLock
 from torc_lab.protocols import ArmStatus, LabError

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Float, Float32
 
-from torc.errors import InputError
+from torc import InputError
 from torc.grasping.config import GraspConfig
 from torc.grasping.generators import RawCandidates
 from torc.grasping.geometric_planner import Proposals

@@ -14,10 +14,10 @@ import yaml
 from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
+from torc import load_robot
 from torc.collision.collision_world import CollisionConfig
 from torc.geometry.transforms import Pose, transform_points
 from torc.robots.description import RobotDescription
-from torc.robots.loading import load_robot
 
 BASE, TOOL, HELD = "world", "tool0", "attached_object"
 _HELD_SPHERES = 80

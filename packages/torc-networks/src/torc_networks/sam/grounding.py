@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float32, UInt8
 
-from torc.errors import InputError
+from torc import InputError
 from torc_networks.sam.network import Network
 
 _STOP = "."

@@ -10,7 +10,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
-from torc.errors import InputError, MissingDependencyError, extra_remedy
+from torc import InputError
+from torc.errors import MissingDependencyError, extra_remedy
 from torc_networks.sam.weights import known_weights
 
 PAGE = "docs/networks.md"

@@ -12,12 +12,10 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float32, UInt8
 
-from torc.errors import InputError
+from torc import InputError, Observation, Wanted
 from torc.perception.embedded.inputs import hangs_upside_down
 from torc.perception.from_masks import FromMasks, FromMasksConfig, Masks
-from torc.perception.protocol import Wanted
 from torc.perception.target import Certainty
-from torc.records import Observation
 from torc.workspace.description import Workspace
 from torc_networks.proposals import LayoutConfig, Proposals, objects_among
 from torc_networks.sam.grounding import Boxes, as_phrase, ground

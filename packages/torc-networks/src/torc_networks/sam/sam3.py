@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float32, UInt8
 
-from torc.errors import InputError
+from torc import InputError
 from torc_networks.sam.network import Network
 
 _MASK_P = 0.5

@@ -29,8 +29,7 @@ class ServeCommand:
 
     def run(self) -> int:
         """Serve until Ctrl-C."""
-        from torc.robots.loading import load_robot
-        from torc.workspace.workspace_files import load_workspace
+        from torc import load_robot, load_workspace
         from torc_networks.server import serve
         from torc_networks.serving.parts import own_handlers
 

@@ -7,10 +7,11 @@ import numpy as np
 from jaxtyping import Float, Float32, Int
 from scipy.spatial import cKDTree
 
+from torc import Observation
 from torc.geometry.transforms import invert, transform_points
 from torc.grasping.geometric_planner import GeometricGraspPlanner
 from torc.occlusion.volume import empty_volume
-from torc.records import MAX_OBJECTS, GraspSet, Observation, SegmentedObject, SegmentedScene
+from torc.records import MAX_OBJECTS, GraspSet, SegmentedObject, SegmentedScene
 from torc.robots.gripper import GripperDescription
 from torc.workspace.description import Workspace
 from torc_networks.fields import Fields, request

@@ -7,9 +7,9 @@ import cv2
 import numpy as np
 from jaxtyping import UInt8
 
+from torc import Observation
 from torc.perception.embedded.perception import EmbeddedPerception
 from torc.perception.stereo import SgbmConfig, SgbmMatcher
-from torc.records import Observation
 from torc.workspace.description import Workspace
 from torc_networks.fields import Fields, request
 from torc_networks.server import Handler

@@ -10,10 +10,9 @@ from pathlib import Path
 from threading import Event
 from typing import Any
 
-from torc.errors import InputError, TorcError
+from torc import InputError, TorcError, VlmConfig
 from torc.io.reading import read_text
 from torc.io.results import write_json
-from torc.vlm.config import VlmConfig
 from torc.vlm.failures import FailureKind, VlmError
 from torc.vlm.protocol import Question, VlmClient
 from torc.vlm.replies import ask_client

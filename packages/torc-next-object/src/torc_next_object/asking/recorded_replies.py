@@ -9,7 +9,7 @@ from pathlib import Path
 from threading import Lock
 from typing import Any
 
-from torc.errors import InputError
+from torc import InputError
 from torc.io.reading import read_text
 from torc.vlm.protocol import Reply
 from torc.vlm.replies import MAX_CHARACTERS

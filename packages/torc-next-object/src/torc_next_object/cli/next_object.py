@@ -7,9 +7,9 @@ from typing import Annotated, Any, Literal
 
 import tyro
 
+from torc import InputError
 from torc.cli.commands import Group
 from torc.cli.printing import print_json, printable
-from torc.errors import InputError
 from torc.io.reading import read_text
 
 

@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
+from torc import InputError
 from torc.cli.printing import print_json, printable, tell
 from torc.cli.vlm_options import VlmOptions
-from torc.errors import InputError
 from torc.io.reading import read_text
 from torc_next_object.data.sample import CAVEAT, SAMPLE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from torc.vlm.config import VlmConfig
+    from torc import VlmConfig
     from torc_next_object.asking.evaluation import Asked, Row
 
 _EVERY = 10

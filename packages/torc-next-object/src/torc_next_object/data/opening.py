@@ -5,7 +5,8 @@ import shlex
 from pathlib import Path
 from typing import Any
 
-from torc.errors import InputError, MissingDependencyError, extra_remedy
+from torc import InputError
+from torc.errors import MissingDependencyError, extra_remedy
 from torc_next_object.data.sample import SAMPLE, sample_rows
 from torc_next_object.schema import COLUMNS, PICTURES
 

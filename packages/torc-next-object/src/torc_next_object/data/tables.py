@@ -6,7 +6,8 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from torc.errors import InputError, MissingDependencyError, extra_remedy
+from torc import InputError
+from torc.errors import MissingDependencyError, extra_remedy
 from torc_next_object.schema import FEATURES, PICTURES, NextObjectRow, row_from
 
 DATA = "data"

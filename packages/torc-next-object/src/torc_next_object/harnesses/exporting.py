@@ -11,7 +11,7 @@ from typing import Any
 
 import yaml
 
-from torc.errors import InputError
+from torc import InputError
 from torc.io.pictures import data_url
 from torc_next_object.data.opening import open_rows
 from torc_next_object.prompting import VARIANTS, prompt_name, prompt_text, sent_pictures, version_of

@@ -20,7 +20,7 @@ from inspect_ai.scorer import Score, Scorer, Target, mean, scorer, stderr
 from inspect_ai.solver import Generate, Solver, TaskState, solver
 from inspect_ai.util import concurrency
 
-from torc.errors import InputError
+from torc import InputError
 from torc_next_object.harnesses.inspect_tasks import PACKAGE
 from torc_next_object.prompting import VARIANTS, prompt_name, prompt_text
 from torc_next_object.replies import read_number
@@ -42,7 +42,7 @@ def retrieval(
     history: bool = True,
 ) -> Task:
     """Whole retrievals. Without `history` each look is a conversation of its own, which costs fewer tokens."""
-    from torc.problems.problem import load_problem
+    from torc import load_problem
     from torc.problems.sets import select_problems
 
     if variant not in VARIANTS:
@@ -123,10 +123,9 @@ class _Table:
     """One retrieval in simulation, its looks as questions."""
 
     def __init__(self, problem: str, seed: int, max_picks: int) -> None:
+        from torc import Conditions, load_problem
         from torc.episode.steps import EpisodeConfig
         from torc.gym_env.env import EpisodeSimulation
-        from torc.problems.problem import load_problem
-        from torc.specs.conditions import Conditions
 
         loaded = load_problem(problem)
         conditions = Conditions(max_picks=max_picks).at(loaded.workspace)
@@ -157,7 +156,7 @@ class _Table:
 
     def pick(self, number: int | None) -> None:
         """Play it; without a number the try is lost."""
-        from torc.records import Decision
+        from torc import Decision
 
         self._episode.pick(self._look, Decision(number, "the model's choice"))
 

@@ -4,8 +4,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from torc.pipeline.planners import make_planner
-from torc.records import PlanningContext
+from torc import PlanningContext, make_planner
 from torc.task_planning.protocol import TaskPlanner
 from torc.vlm.answers import PLAN_SCHEMA
 from torc.vlm.protocol import Question

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from torc.errors import InputError, PhysicsError
-from torc.problems.problem import load_problem
+from torc import InputError, load_problem
+from torc.errors import PhysicsError
 from torc.processes import open_pool
 from torc_next_object.data.publishing import publish
 from torc_next_object.data.tables import read_rows, write_rows, write_splits

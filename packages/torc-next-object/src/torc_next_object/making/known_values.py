@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from torc.errors import InputError
+from torc import InputError
 from torc.io.reading import read_text
 from torc_next_object.making.pricing import Price
 

@@ -5,7 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from torc.records import TARGET_ID, GraspReport, PlanningContext, SegmentedScene
+from torc import PlanningContext
+from torc.records import TARGET_ID, GraspReport, SegmentedScene
 
 
 def drawn_numbers(ids: tuple[int, ...], rng: np.random.Generator) -> dict[int, int]:

@@ -14,10 +14,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from torc import PlanningContext
 from torc.oracle.ideal import MAX_PICKS, best_hold
 from torc.oracle.solve import options_of
 from torc.pipeline.better_bet import BetConfig
-from torc.records import TARGET_ID, PlanningContext
+from torc.records import TARGET_ID
 
 CALIBRATION_ERROR = 0.03
 _ERRORS = (-CALIBRATION_ERROR, CALIBRATION_ERROR)

@@ -11,19 +11,17 @@ from typing import Any
 
 import numpy as np
 
+from torc import Conditions, InputError, PlanningContext, Problem, problem_names
 from torc.episode.privileged import open_sandbox
 from torc.episode.steps import EpisodeConfig
 from torc.episode.trial import situation_of
-from torc.errors import InputError
 from torc.io.pictures import jpeg_bytes
 from torc.objects.library import load_object
 from torc.oracle.ideal import MAX_PICKS
 from torc.pipeline.building import System, build_system
-from torc.problems.problem import Problem, problem_text
-from torc.problems.sets import problem_names
-from torc.records import TARGET_ID, PlanningContext
+from torc.problems.problem import problem_text
+from torc.records import TARGET_ID
 from torc.sim.portraits import turn_table
-from torc.specs.conditions import Conditions
 from torc.task_planning.relations import behind_candidates, find_adjacencies
 from torc.vlm.picture_config import PictureConfig
 from torc.vlm.pictures import drawn_pictures

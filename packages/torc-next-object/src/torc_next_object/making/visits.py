@@ -4,7 +4,8 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from torc.records import TARGET_ID, PlanningContext
+from torc import PlanningContext
+from torc.records import TARGET_ID
 from torc.task_planning.dg_select import DgSelectPlanner
 from torc.task_planning.random_choice import RandomPlanner
 
