@@ -51,7 +51,9 @@ def voxel_bound(x, y, z, world):
 
 @njit(cache=True)
 def _along_axis(g, n):
-    """Return the voxel nearest to a coordinate, in voxels; squared distances to the grid and on to the voxel's centre."""
+    """Return the voxel nearest to a coordinate, in voxels; squared distances to the grid and on to the voxel's
+    centre.
+    """
     clamped = min(max(g, 0.0), float(n))
     i = min(int(clamped), n - 1)
     return i, (g - clamped) ** 2, (clamped - i - 0.5) ** 2

@@ -1,4 +1,6 @@
-"""Compute features of candidates, compiled. Column numbers are those of the first entries of `features.FEATURE_NAMES`."""
+"""Compute features of candidates, compiled. Column numbers are those of the first entries of
+`features.FEATURE_NAMES`.
+"""
 
 from typing import NamedTuple
 

@@ -146,7 +146,9 @@ class FreeMotions:
     def _ways_to_bin(
         self, context: LineContext, start: Float[np.ndarray, "dof"], held: Float[np.ndarray, "a 4"]
     ) -> list[tuple[CollisionWorld, float]]:
-        """Return what to treat as free on the way to the bin, the most cautious first: a world, and room at the start."""
+        """Return what to treat as free on the way to the bin, the most cautious first: a world, and room at the
+        start.
+        """
         cautious = context.world.without_object(context.own_id, unknown=False)
         bold, margin_m = context.without_object, self._config.carve_margin_m
         if self._space(cautious, context.width_m, held).collides(start[None])[0]:

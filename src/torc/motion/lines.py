@@ -66,7 +66,9 @@ def has_lines(context: LineContext, branches: Float[np.ndarray, "b dof"], config
 def _branch_lines(
     context: LineContext, branches: Float[np.ndarray, "b dof"], config: CartesianConfig
 ) -> Iterator[tuple[LinePair, bool, bool]]:
-    """Yield the lines of each branch that has both, whether its pre-grasp is free, and whether the end of its lift is."""
+    """Yield the lines of each branch that has both, whether its pre-grasp is free, and whether the end of its
+    lift is.
+    """
     upward, up_count = _upward(context, branches, config)
     raisable = np.flatnonzero(up_count >= min(line_counts(config.lifts_m, config.step_m)))
     backward, back_count = _backward(context, branches[raisable], config)
@@ -122,7 +124,9 @@ def _lift(
     reached: int,
     config: CartesianConfig,
 ) -> tuple[int, bool] | None:
-    """Return the number of waypoints of the lift, and whether nothing is touched at its end; None if there is no lift."""
+    """Return the number of waypoints of the lift, and whether nothing is touched at its end; None if there is
+    no lift.
+    """
     counts = [c for c in line_counts(config.lifts_m, config.step_m) if c <= reached]
     if not counts:
         return None

@@ -110,7 +110,9 @@ def _corner_blends(path, blend_rad, samples, scene):
 def shortcut(
     path: Float[np.ndarray, "m dof"], rounds: int, space: FreeSpace, rng: np.random.Generator
 ) -> Float[np.ndarray, "k dof"]:
-    """Return a shorter free path: skip waypoints, then join random points of the path by free edges, then skip again."""
+    """Return a shorter free path: skip waypoints, then join random points of the path by free edges, then skip
+    again.
+    """
     draws = rng.random((rounds, 2))
     path = _skip_waypoints(kernel_array(path), space.scene)
     path = _shortcut(path, draws, space.weights, space.scene)

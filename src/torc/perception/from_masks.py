@@ -234,7 +234,9 @@ def by_words(
 def with_target(
     ids: list[int], known: tuple[KnownObject, ...], was: int | None, target: int | None
 ) -> tuple[list[int], tuple[KnownObject, ...]]:
-    """Return ids and memory with TARGET_ID for the object at the index `target` only; `was` is the index that had it."""
+    """Return ids and memory with TARGET_ID for the object at the index `target` only; `was` is the index that
+    had it.
+    """
     if target == was:
         return ids, known
     changed = dict[int, int]()

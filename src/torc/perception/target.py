@@ -143,7 +143,9 @@ def rivals(known: Sequence[KnownObject], object_id: int, config: TargetConfig) -
 
 
 def choose_target(p: Float[np.ndarray, "n"], was: int | None, config: Certainty) -> int | None:
-    """Return the index of the target among the objects, or None. `was` is the earlier target's, if it is still there."""
+    """Return the index of the target among the objects, or None. `was` is the earlier target's, if it is still
+    there.
+    """
     if len(p) == 0:
         return None
     order = np.argsort(-p)

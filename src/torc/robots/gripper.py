@@ -55,7 +55,9 @@ class GripperDescription:
         return Hand(self.max_width_m, float(2 * half_sizes[:, 2].max()))
 
     def T_tool0_tcp(self, width_m: float) -> Pose:
-        """Return the TCP in the flange's frame with the pads width_m apart. Raises InputError outside 0..max_width_m."""
+        """Return the TCP in the flange's frame with the pads width_m apart. Raises InputError outside
+        0..max_width_m.
+        """
         return self._at(self.Ts_tool0_tcp, width_m)
 
     def Ts_tool0_tcp_at(self, widths_m: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n 4 4"]:

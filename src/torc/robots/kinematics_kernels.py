@@ -74,7 +74,9 @@ def jacobian_kernel(Ts_link: np.ndarray, axes: np.ndarray, out: np.ndarray) -> N
 
 @njit(cache=True)
 def pose_error(T: np.ndarray, goal: np.ndarray, out: np.ndarray) -> float:
-    """Write position and rotation-vector error of T against goal, world frame, to out (6,); return its largest entry."""
+    """Write position and rotation-vector error of T against goal, world frame, to out (6,); return its largest
+    entry.
+    """
     for i in range(3):
         out[i] = goal[i, 3] - T[i, 3]
     # Vector part and trace of D = R_goal R^T.

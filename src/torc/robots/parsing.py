@@ -158,7 +158,9 @@ def _check_chain(model: Model, entry: ArmEntry, ids: list[int]) -> None:
 
 
 def _links(model: Model, entry: RobotFile) -> np.ndarray:
-    """Return, per body, the link number of SphereModel; -1 static, -2 a gripper part other than its body and fingers."""
+    """Return, per body, the link number of SphereModel; -1 static, -2 a gripper part other than its body and
+    fingers.
+    """
     m, dof = model.m, len(entry.arm.joints)
     own = {int(m.jnt_bodyid[model.id("joint", n)]): i for i, n in enumerate(entry.arm.joints)}
     own[model.id("body", entry.gripper.body)] = dof

@@ -215,7 +215,9 @@ class SimulatedRobot(Closing):
 
 
 def _choose_held(carried: dict[int, bool], delivered: set[int], wanted: int) -> int | None:
-    """Return the lifted object that counts: a delivered target, the wanted one, the target, what the gripper touches."""
+    """Return the lifted object that counts: a delivered target, the wanted one, the target, what the gripper
+    touches.
+    """
     if TARGET_ID in delivered:
         return TARGET_ID
     for candidate in (wanted, TARGET_ID):

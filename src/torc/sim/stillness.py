@@ -31,7 +31,9 @@ class StillnessConfig:
 
 @dataclass(frozen=True)
 class StillnessReport:
-    """A scene left to itself: how far each object moved and turned (0 if not in the scene), and which left the table."""
+    """A scene left to itself: how far each object moved and turned (0 if not in the scene), and which left the
+    table.
+    """
 
     still: bool
     watched_s: float

@@ -69,7 +69,9 @@ def find_instances(
     same_p: Float32[np.ndarray, "k h w"],
     config: InstanceConfig | None = None,
 ) -> Instances:
-    """Return masks, given the probability that a pixel shows an object, and that it shows the object of its partners."""
+    """Return masks, given the probability that a pixel shows an object, and that it shows the object of its
+    partners.
+    """
     config = InstanceConfig() if config is None else config
     mask = object_p > config.object_p
     basins, count = _basins(mask, same_p)

@@ -29,7 +29,9 @@ class EmbeddedConfig(FromMasksConfig):
 
 
 class EmbeddedPerception(FromMasks):
-    """Finds the objects on the workspace's support, keeps their ids, and recognises the target by reference pictures."""
+    """Finds the objects on the workspace's support, keeps their ids, and recognises the target by reference
+    pictures.
+    """
 
     needs_pictures = True
     """A simulated trial takes reference pictures of the target for it."""
