@@ -93,8 +93,7 @@ def save_frame(path: str | Path, frame: Frame) -> None:
     """Write a frame: a .npz file if the path ends so, else a directory, which is created.
 
     Labels are written as object ids. A directory rounds depth to 0.1 mm, or to 1 mm if some is beyond 6.5 m; a .npz
-    file
-    has no names. Raises InputError if it cannot be written.
+    file has no names. Raises InputError if it cannot be written.
     """
     try:
         write_frame(Path(path), frame)
