@@ -193,5 +193,8 @@ def expected_picks(p: float, lost_share: float, picks_left: int) -> float:
 
 
 def picks_until(comes: float, goes: float, picks_left: int) -> float:
-    """Return the expected picks if a try gets the object with probability `comes` and loses it with `goes`."""
+    """Return the expected picks if a try gets the object with probability `comes` and loses it with `goes`.
+
+    Not both may be 0.
+    """
     return float((1 + goes * picks_left) / (comes + goes))
