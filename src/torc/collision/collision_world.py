@@ -19,19 +19,18 @@ class CollisionConfig:
     """How much room to keep. A negative value lets the spheres dip into the obstacle.
 
     Attributes:
-        padding_m: growth of the arm's spheres against voxels and fixed boxes. 10 mm by default: unpadded,
-            half of the planned paths touch the true meshes; with 10 mm, 2-4 % do.
+        padding_m: growth of the arm's spheres against voxels and fixed boxes. 10 mm by default: unpadded, half of the
+            planned paths touch the true meshes; with 10 mm, 2-4 % do.
         gripper_padding_m: growth of palm and fingers against voxels; small, since grasps are in tight clutter and a
-            voxel
-            is already up to 10 mm larger than the surface in it.
+            voxel is already up to 10 mm larger than the surface in it.
         gripper_static_padding_m: likewise against table and bin; fingertips 5 mm above the table must pass.
         attached_padding_m: growth of an attached object's spheres against voxels.
-        attached_static_padding_m: likewise against table and bin: in the hand an object shifts by some millimetres,
-            and one that touches the table is torn out of it.
+        attached_static_padding_m: likewise against table and bin: in the hand an object shifts by some millimetres, and
+            one that touches the table is torn out of it.
         self_padding_m: growth of one of two spheres of the robot itself, whose meshes reach up to 6 mm out of the
             spheres: unpadded, a finger of the UR5e was driven into its upper arm.
-        edge_step_m: no point of the robot moves further between two checked configurations of an edge. With
-            edge_step_m <= 2 * padding_m the unpadded arm is free on the whole edge.
+        edge_step_m: no point of the robot moves further between two checked configurations of an edge. With edge_step_m
+            <= 2 * padding_m the unpadded arm is free on the whole edge.
         explained_margin_m: background surface voxels this close to a fixed box show that box and are not separate
             obstacles.
     """
@@ -62,10 +61,10 @@ class CollisionWorld:
     Attributes:
         grid: where the voxels are. Outside it only the fixed boxes are obstacles.
         kind: FREE, SURFACE or UNKNOWN per voxel.
-        bits: per voxel the objects it belongs to, bit k for object id k: the surface's owner, or those
-            that hide an unknown voxel. 0 on an occupied voxel: it belongs to no object and counts as fixed.
-        distance_m: from each voxel's centre to the nearest occupied voxel's centre. Never more than
-            the truth, but less after `without_object` or `carved`, which only remove voxels.
+        bits: per voxel the objects it belongs to, bit k for object id k: the surface's owner, or those that hide an
+            unknown voxel. 0 on an occupied voxel: it belongs to no object and counts as fixed.
+        distance_m: from each voxel's centre to the nearest occupied voxel's centre. Never more than the truth, but less
+            after `without_object` or `carved`, which only remove voxels.
         boxes: fixed boxes, lower and upper corner.
         box_names: their names.
         config: paddings.
@@ -96,8 +95,8 @@ def build_collision_world(
 ) -> CollisionWorld:
     """Build the world to check against: surface and never-seen voxels of the volume, and fixed boxes.
 
-    Background surface next to a fixed box shows that box and is left to it; other background surface is an
-    obstacle without an owner. Unseen voxels hidden by nothing that has an id have no owner either.
+    Background surface next to a fixed box shows that box and is left to it; other background surface is an obstacle
+    without an owner. Unseen voxels hidden by nothing that has an id have no owner either.
     """
     config = CollisionConfig() if config is None else config
     static = fixed.static_boxes() if isinstance(fixed, Workspace) else tuple(fixed)

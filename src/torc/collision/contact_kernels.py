@@ -42,9 +42,7 @@ def fixed_gap(robot, spheres, link, limit):
 
 @njit(cache=True)
 def self_clearance(robot, spheres, limit):
-    """Return the smallest distance between parts of the robot that can touch each other or its fixed parts, up to a
-    limit.
-    """
+    """Return the smallest distance between robot parts that can touch each other or fixed parts, up to a limit."""
     for p in range(robot.self_pairs.shape[0]):
         limit = pair_gap(robot, spheres, robot.self_pairs[p, 0], robot.self_pairs[p, 1], limit)
     for link in range(robot.static_links.shape[0]):
@@ -111,8 +109,8 @@ def contacts_batch(qpos, width_m, own, robot, world, first_only, voxels_too):
 def _world_advance(spheres, dof, own, robot, world, moved, step_m):
     """Return the share of an edge that can be skipped without touching voxels or boxes; negative if one is touched.
 
-    moved[link]: no point of the link moves further than this on the whole edge. A link that is near voxels
-    without touching any is assumed free for step_m.
+    moved[link]: no point of the link moves further than this on the whole edge. A link that is near voxels without
+    touching any is assumed free for step_m.
     """
     advance = 1.0
     for link in range(robot.link_start.shape[0] - 2, -1, -1):

@@ -44,9 +44,9 @@ def blockers(
 ) -> Contacts:
     """Return everything that arm and gripper touch at each configuration.
 
-    The own object (the one to be grasped) counts less: voxels that it hides are ignored, its surface voxels
-    are ignored for palm and fingers but not for the arm's links. Unknown voxels hidden by nothing that has an
-    id, surface of no object, table and bin are static.
+    The own object (the one to be grasped) counts less: voxels that it hides are ignored, its surface voxels are ignored
+    for palm and fingers but not for the arm's links. Unknown voxels hidden by nothing that has an id, surface of no
+    object, table and bin are static.
 
     Args:
         world: the obstacles.
@@ -115,8 +115,8 @@ def collides(
 ) -> Bool[np.ndarray, "n"]:
     """Check whether each configuration touches anything; ignore_id as own_id of `blockers`.
 
-    attached: spheres (x, y, z, radius) in the tool0 frame that move with the gripper, e.g. a held object.
-    Like the gripper, they ignore the voxels of ignore_id. They must not touch the robot itself either.
+    attached: spheres (x, y, z, radius) in the tool0 frame that move with the gripper, e.g. a held object. Like the
+    gripper, they ignore the voxels of ignore_id. They must not touch the robot itself either.
     """
     arrays = with_attached(_arrays(robot), attached)
     q, width, own = _batch(arrays, qpos, width_m, ignore_id)
@@ -157,8 +157,8 @@ def carved(
     """Return the world without the voxels that the robot touches at one configuration.
 
     For places where the robot is known to be, or allowed to be. The robot is grown by its paddings and a margin,
-    attached spheres by half of it: they are already larger than what they stand for. only_id: remove only this
-    object's voxels.
+    attached spheres by half of it: they are already larger than what they stand for. only_id: remove only this object's
+    voxels.
     """
     arrays = with_attached(_arrays(robot), attached)
     q, _, only = _batch(arrays, np.asarray(qpos)[None], width_m, only_id)

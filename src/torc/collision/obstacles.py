@@ -1,8 +1,8 @@
 """Check one sphere against the world as arrays, compiled.
 
-The distance field at a sphere's centre gives a lower bound on the distance to the nearest occupied voxel's
-cube; only where that bound is below the radius are the voxels in reach compared, cube by cube, and even there
-the distance field says how many voxels of a column can be skipped.
+The distance field at a sphere's centre gives a lower bound on the distance to the nearest occupied voxel's cube; only
+where that bound is below the radius are the voxels in reach compared, cube by cube, and even there the distance field
+says how many voxels of a column can be skipped.
 """
 
 from typing import NamedTuple
@@ -51,9 +51,7 @@ def voxel_bound(x, y, z, world):
 
 @njit(cache=True)
 def _along_axis(g, n):
-    """Return the voxel nearest to a coordinate, in voxels; squared distances to the grid and on to the voxel's
-    centre.
-    """
+    """Return the nearest voxel to a coordinate, in voxels; squared distances to the grid and on to its centre."""
     clamped = min(max(g, 0.0), float(n))
     i = min(int(clamped), n - 1)
     return i, (g - clamped) ** 2, (clamped - i - 0.5) ** 2

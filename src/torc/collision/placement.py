@@ -39,7 +39,7 @@ def _compose(A, B, out):
 
 @njit(cache=True)
 def _rotate(T, u, angle, out):
-    """out = T @ rotation about the axis u."""
+    """Compute out = T @ rotation about the axis u."""
     c, s = np.cos(angle), np.sin(angle)
     k = 1.0 - c
     x, y, z = u[0], u[1], u[2]
@@ -106,18 +106,14 @@ def place_spheres(q, width_m, robot, scratch):
 
 @njit(cache=True)
 def scratch_for(robot):
-    """Allocate memory for the checks: a configuration, the poses of all links, a product, and the rows of
-    place_spheres.
-    """
+    """Allocate memory for the checks: a configuration, all link poses, a product, and the rows of place_spheres."""
     dof, rows = robot.axes.shape[0], robot.radii.shape[0] + robot.link_start.shape[0] - 1
     return np.empty(dof), np.empty((dof + 1, 3, 4)), np.empty((3, 4)), np.empty((rows, 3))
 
 
 @njit(cache=True)
 def joint_reach(robot, width_m):
-    """Return [joint, link]: the largest distance from the joint's axis that a point of the link can have; 0 if
-    unmoved.
-    """
+    """Return [joint, link]: the largest distance of a point of the link from the joint's axis; 0 if unmoved."""
     dof, links = robot.axes.shape[0], robot.link_start.shape[0] - 1
     reach = np.zeros((dof, links))
     local = np.empty(3)

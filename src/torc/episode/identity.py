@@ -1,4 +1,4 @@
-"""Compare perception's masks and ids with the simulator's: what each mask shows, and what is wrong with it."""
+"""Compare perception's masks and ids with the simulator's: what each mask shows, and which faults it has."""
 
 from dataclasses import dataclass
 
@@ -32,7 +32,7 @@ class MaskFaults:
 
 
 def true_ids(look: Look) -> dict[int, int]:
-    """Return `shown_by` for a look; empty if perception was given the true labels, or nobody knows them."""
+    """Return `shown_by` for a look; empty if perception was given the true labels, or they are unknown."""
     truth = _truth(look)
     return {} if truth is None else shown_by(look.context.scene, truth)
 

@@ -200,9 +200,7 @@ class EndedLine(ResultFacts):
 
 
 class VlmUse(Line):
-    """What the model of a trial used. A sum is None unless every reply reported its part; `cost` also without
-    prices.
-    """
+    """What the model of a trial used. A sum is None unless every reply reported it; `cost` also without prices."""
 
     calls: _Count | None = None
     tokens_sent: _Count | None = None

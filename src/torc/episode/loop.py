@@ -66,9 +66,7 @@ class Episode:
         return look
 
     def decide(self, planner: TaskPlanner, look: Look) -> Decision:
-        """Return a planner's decision about the latest look. Raises PlannerError if it crashed or its answer is not
-        valid.
-        """
+        """Return a planner's decision about the latest look. Raises PlannerError if it crashed or is invalid."""
         pick = self.state.pick
         with self.steps.clock.stage("decide") as lap:
             decision = ask_planner(planner, look.context, stage_rng(self.steps.config.seed, pick, "decide"))
@@ -76,8 +74,7 @@ class Episode:
         return decision
 
     def plan(self, look: Look, decision: Decision) -> PickPlan | PlanFailure | PickOutcome:
-        """Return the motions that `pick` would execute, or why there are none; a lost pick if the decision cannot be
-        tried.
+        """Return the motions that `pick` would execute, why there are none, or a lost pick for a bad decision.
 
         Nothing moves.
         """

@@ -53,9 +53,9 @@ class ObjectView:
 
 @dataclass(frozen=True)
 class CloudView:
-    """Part of the surface points, evenly thinned: world frame, in steps of POINT_UNIT_M; their colors and object ids
-    (or
-    BACKGROUND).
+    """Part of the surface points, evenly thinned; world frame, in steps of POINT_UNIT_M.
+
+    `rgb` are their colors, `ids` their object ids, or BACKGROUND.
     """
 
     points: Int16[np.ndarray, "n 3"]
@@ -65,8 +65,9 @@ class CloudView:
 
 @dataclass(frozen=True)
 class UnseenView:
-    """The index of each voxel that no snapshot has seen, and for each the row in `hiders`, the distinct masks of
-    `OcclusionVolume.hidden_by`.
+    """The index of each voxel that no snapshot has seen, and its row in `hiders`.
+
+    `hiders` are the distinct masks of `OcclusionVolume.hidden_by`.
     """
 
     grid: VoxelGrid

@@ -40,9 +40,9 @@ class SimulatedState:
 
 @dataclass(frozen=True)
 class Truth:
-    """What no picture shows: how much of each object the camera could see and what hides the rest, and (upper, lower)
-    pairs
-    of objects.
+    """What no picture shows: how much of each object the camera could see and what hides the rest.
+
+    `lies_on` holds (upper, lower) pairs of objects.
     """
 
     visibility: Visibility
@@ -53,7 +53,7 @@ class Sandbox:
     """A separate world in which an episode can continue from any state, as the trial would continue it."""
 
     def __init__(self, robot: SimulatedRobot, steps: Steps, built: RobotState | None = None) -> None:
-        """Wrap a robot and the steps that use it; nobody else should use the robot.
+        """Wrap a robot and the steps that use it; only the sandbox may use the robot.
 
         Its world must be as built, unless `built` gives that state.
         """
@@ -66,7 +66,7 @@ class Sandbox:
         return self._robot.world.problem.absent
 
     def now(self, state: SimulatedState) -> SimulatedState:
-        """Return the state of the episode with the world as it is now."""
+        """Return the state of the episode with the present world."""
         return replace(state, robot=self._robot.save())
 
     def with_draws(self, seed: int) -> "Sandbox":
@@ -117,9 +117,7 @@ class Sandbox:
         return SimulatedState(self._robot.save(), episode)
 
     def look_without(self, state: SimulatedState, object_ids: Iterable[int]) -> Look:
-        """Return what the robot would see if these objects were gone, approximately as after picking them. Raises
-        PhysicsError.
-        """
+        """Return what the robot would see without these objects, about as after picking them. Raises PhysicsError."""
         gone = sorted(object_ids)
         self._take_away(state, gone)
         # Count the picks as made, so that the random draws are those of the look then.
@@ -143,9 +141,7 @@ class Sandbox:
 
 
 class Simulation:
-    """A trial in progress, for its privileged parts; they can try picks in its `sandbox`. It is one of the trial's
-    listeners.
-    """
+    """A trial in progress, for its privileged parts, which can try picks in its `sandbox`. A listener of the trial."""
 
     def __init__(
         self, robot: SimulatedRobot, sandbox: Sandbox, config: EpisodeConfig, say: Callable[[str], None]

@@ -1,4 +1,4 @@
-"""Show live progress in the terminal: what is picked, why, how it went, how long it took."""
+"""Show live progress in the terminal: each pick, its reason, its result and its time."""
 
 from rich.console import Console
 from rich.markup import escape

@@ -90,9 +90,7 @@ class RecordedTrial:
         return self._picture(number, PLAIN)
 
     def sent_picture(self, number: int, which: int) -> bytes:
-        """Return a picture that the chooser was sent, PNG; the first is 0. Raises InputError if it is missing or not a
-        PNG.
-        """
+        """Return a picture sent to the chooser, PNG; the first is 0. Raises InputError if missing or not a PNG."""
         return self._picture(number, sent_name(which))
 
     def sent_pictures(self, number: int) -> int:
@@ -163,7 +161,7 @@ def picks_of(events: Sequence[EventLine]) -> tuple[RecordedPick, ...]:
 
 
 def check_directory(root: Path, maker: str = "torc run") -> None:
-    """Raise InputError if there is no such directory, naming the command that makes one."""
+    """Raise InputError if the directory does not exist, naming the command that makes one."""
     if not os.path.isdir(root):  # unlike Path.is_dir, returns False for impossible names
         raise InputError(f"'{root}' is not a directory. `{maker} --out DIR` makes one with trials in it.")
 

@@ -143,7 +143,7 @@ class TrialRecorder(TrialLog):
         self._log.close()
         shutil.rmtree(self.partial, ignore_errors=True)
         for parent in self._new:
-            with suppress(OSError):  # somebody else may have put something there
+            with suppress(OSError):  # another process may have put something there
                 parent.rmdir()
 
     def write_result(self, result: TrialResult) -> None:

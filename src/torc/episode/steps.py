@@ -133,9 +133,7 @@ class Steps:
         return EpisodeState(look.context.volume, failed, (*state.outcomes, outcome), scene)
 
     def _held_look(self, state: EpisodeState, look: Look, object_id: int) -> HeldLook | None:
-        """Return the check of that object once it is lifted; None if perception does not recognise what is in the
-        hand.
-        """
+        """Return the check of that object once it is lifted; None if perception does not recognise held objects."""
         pipeline, robot = self.system.pipeline, self.robot.description
         if PERCEPTIONS.traits(pipeline.perception).recognise is None:
             return None
@@ -167,9 +165,8 @@ def remembered(
     """Return the failed grasps to remember after this attempt.
 
     A motion of the robot may have cleared paths, so only executed failures remain after one. A grasp on the way to
-    which
-    the robot was stopped was not tried: the next plan draws another path to it. If an object has no plan for a second
-    time, and nothing moved in between, the failure stands for all its grasps. `outcome` is as felt.
+    which the robot was stopped was not tried: the next plan draws another path to it. If an object has no plan for a
+    second time, and nothing moved in between, the failure stands for all its grasps. `outcome` is as felt.
     """
     executed = isinstance(plan, PickPlan)
     if executed:
@@ -194,8 +191,8 @@ def remembered(
 def checked_choice(look: Look, decision: Decision) -> int | PickOutcome:
     """Return the object to try, or the lost pick if the decision cannot be tried.
 
-    As the authors count: "no valid grasp" if nothing in sight has one, "no valid choice" if the planner named
-    nothing, an object that is not in sight, or one without a valid grasp while others have one.
+    As the authors count: "no valid grasp" if nothing in sight has one, "no valid choice" if the planner named nothing,
+    an object that is not in sight, or one without a valid grasp while others have one.
     """
     report, chosen = look.context.report, decision.object_id
     named = (

@@ -56,8 +56,7 @@ class TrajectoryRecorder(Closing):
     """Writes trajectory.npz and camera.mp4 into a trial's directory. Use it in a `with`.
 
     It observes the simulation and listens to the episode, and changes nothing in either. The frames begin with the
-    first
-    look. While the robot looks, decides and plans, no simulated time passes.
+    first look. While the robot looks, decides and plans, no simulated time passes.
     """
 
     def __init__(self, directory: Path, world: World) -> None:

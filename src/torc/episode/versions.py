@@ -27,6 +27,6 @@ def versions_text(found: Mapping[str, str]) -> str:
 
 
 def differing(texts: Iterable[str]) -> list[str]:
-    """Return the entries that not all of several such lines share."""
+    """Return the entries that not all of these lines share."""
     sets = [set(text.split(", ")) for text in texts]
     return sorted(sets[0].union(*sets) - sets[0].intersection(*sets)) if sets else []

@@ -47,7 +47,7 @@ class Mp4Writer(Closing):
                 self._container.mux(packet)
 
     def close(self) -> None:
-        """Write what is left, and close the file."""
+        """Write the remaining packets, and close the file."""
         for packet in self._stream.encode():
             self._container.mux(packet)
         self._container.close()

@@ -24,8 +24,7 @@ def extent(points: Float[np.ndarray, "n 3"], trimmed: float = 0.0) -> Extent:
     """Measure a cloud to within a few percent; 0 for no points.
 
     `trimmed`: share of the points that is ignored at either end, since depth has flying points at edges; large clouds
-    are
-    then subsampled.
+    are then subsampled.
     """
     if len(points) == 0:
         return Extent(0.0, 0.0)

@@ -58,8 +58,8 @@ def grasp_frames(
     Closing axes per approach: first the mean normals of clusters, with the approach turned perpendicular (by up to 30
     degrees: pads flat on a face matter more than a round angle of approach). Then, turned perpendicular to the approach
     themselves, the principal axes of the cloud as seen along it, and the horizontal with its perpendicular. Closing
-    axes
-    close to an earlier one of that approach are left out, and so are approaches turned out of the cone about `forward`.
+    axes close to an earlier one of that approach are left out, and so are approaches turned out of the cone about
+    `forward`.
 
     Returns:
         Closing axes, approaches, and how many belong to the first approach.

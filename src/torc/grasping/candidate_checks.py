@@ -59,8 +59,7 @@ class CheckResult:
         fault: a Fault per candidate.
         blockers: other objects that the gripper touches or has between its pads, bit k for object id k.
         foreign: points of other objects, columns FINGERS .. CORRIDOR; 0 for candidates with a fault, which are not
-            checked
-            further.
+            checked further.
         blocked: whether each candidate touches other objects or would grip them.
     """
 

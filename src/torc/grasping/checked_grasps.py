@@ -43,9 +43,7 @@ def ask_grasp_planner(
 
 
 def grasp_faults(grasps: Any, scene: SegmentedScene) -> Iterator[str]:
-    """Yield the reasons why something is not a valid set of grasps for a scene; later ones may depend on
-    earlier ones.
-    """
+    """Yield why something is not a valid set of grasps for a scene; later reasons may depend on earlier ones."""
     if not isinstance(grasps, GraspSet):
         yield f"plan() returned {kind_of_value(grasps)}, not a torc.records.GraspSet"
         return

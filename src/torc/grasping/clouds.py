@@ -93,7 +93,7 @@ def build_clouds(
 
 
 def _support_roughness_m(scene: SegmentedScene, support_z_m: float) -> float:
-    """Return the standard deviation, by the median, of the height of what is near the support."""
+    """Return the standard deviation, by the median, of the height of points near the support."""
     height = scene.background_points[:, 2] - support_z_m
     flat = height[np.abs(height) < _FLAT_M]
     return 1.48 * float(np.median(np.abs(flat - np.median(flat)))) if len(flat) >= _FEWEST else 0.0

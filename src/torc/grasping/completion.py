@@ -1,10 +1,10 @@
 """Guess the hidden back of an object that is seen from one side.
 
-From a camera that looks slightly down, most of an object's back is hidden. Its depth along the viewing ray is
-assumed to be its seen depth, or about its width if that is more. The seen points are repeated after half a turn about
-the vertical through its middle, except where a snapshot has seen free space. For upright boxes (whatever their yaw),
-cans and bottles this is exact if the middle is; a mirror image would turn a box the other way. It doubles the share
-of objects with antipodal grasps.
+From a camera that looks slightly down, most of an object's back is hidden. Its depth along the viewing ray is assumed
+to be its seen depth, or about its width if that is more. The seen points are repeated after half a turn about the
+vertical through its middle, except where a snapshot has seen free space. For upright boxes (whatever their yaw), cans
+and bottles this is exact if the middle is; a mirror image would turn a box the other way. It doubles the share of
+objects with antipodal grasps.
 """
 
 from dataclasses import dataclass
@@ -74,9 +74,7 @@ def assumed_body(
     support_z_m: float,
     config: CloudConfig,
 ) -> AssumedBody:
-    """Return the box that an object is assumed to fill, from its seen points and those that a finger felt (world
-    frame).
-    """
+    """Return the box that an object is assumed to fill, from its seen and felt points, world frame."""
     view = points.mean(axis=0) - camera_position
     view = np.array([view[0], view[1], 0.0])
     norm = np.linalg.norm(view)
@@ -109,7 +107,7 @@ def turned_half(points: Float[np.ndarray, "n 3"], center: Float[np.ndarray, "3"]
 
 
 def hidden_depth(seen_m: float, width_m: float, height_m: float, config: CloudConfig) -> float:
-    """Estimate an object's depth along the viewing ray from what is seen of it."""
+    """Estimate an object's depth along the viewing ray from its visible part."""
     by_height = max(config.min_hidden_depth_m, config.depth_per_height * height_m)
     return max(seen_m, min(width_m, config.max_hidden_depth_m, by_height))
 

@@ -19,8 +19,7 @@ class CloudConfig:
         cell_m: edge of the cells that neighbours are looked up in.
         min_pixels: objects with fewer visible pixels get no grasps.
         max_hidden_depth_m: assumed largest depth of an object along the viewing ray, unless more is seen. For hands
-            that
-            open further than a 2F-85 it grows with the opening.
+            that open further than a 2F-85 it grows with the opening.
         min_hidden_depth_m, depth_per_height: its depth is at least this, or this times its height.
     """
 
@@ -45,8 +44,8 @@ class CandidateConfig:
         depths_m: how far the fingertips reach below the top of a slice.
         min_depth_m: candidates that are shallower after being raised off the table are dropped.
         spread_m: an object must be narrower than the opening by this to be centred between the fingers.
-        gap_m: in objects that are too wide, parts separated by this much along the closing axis are grasped one by
-            one (rims, handles).
+        gap_m: in objects that are too wide, parts separated by this much along the closing axis are grasped one by one
+            (rims, handles).
         closing_merge_rad: closing axes closer than this are merged.
         normal_clusters: most closing axes taken from clusters of surface normals.
         max_frames: pairs of approach and closing axis that are sliced per object, drawn at random if there are more;
@@ -55,8 +54,7 @@ class CandidateConfig:
         max_raw: candidates examined per object and generator, drawn at random if there are more.
         max_blocked: candidates per object that touch other objects and are examined further, drawn at random.
         target_effort: factor on max_raw and max_frames for the target: a single grasp of it ends the trial, and it
-            often
-            has only one or two.
+            often has only one or two.
     """
 
     tilts_rad: tuple[float, ...] = tuple(np.deg2rad([25.0, 50.0, 70.0, 85.0]).tolist())
@@ -118,8 +116,8 @@ class SelectionConfig:
         max_per_object: grasps per object.
         spare: factor on that number until it is known which are free.
         min_blocked_share: share reserved for grasps whose gripper touches other objects, if there are any.
-        position_m, angle_rad: a grasp is a duplicate of a better one if the pads are closer than this and
-            both approach and closing axis differ by less.
+        position_m, angle_rad: a grasp is a duplicate of a better one if the pads are closer than this and both approach
+            and closing axis differ by less.
     """
 
     max_per_object: int = 48

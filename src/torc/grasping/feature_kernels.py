@@ -1,6 +1,4 @@
-"""Compute features of candidates, compiled. Column numbers are those of the first entries of
-`features.FEATURE_NAMES`.
-"""
+"""Compute features of candidates, compiled. Columns are the first entries of `features.FEATURE_NAMES`."""
 
 from typing import NamedTuple
 

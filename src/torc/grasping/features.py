@@ -1,9 +1,9 @@
 """Measure candidates, as input of the score.
 
-Grasp frame: x closing, z approach, closed fingertips at z = 0. "Pads": the volume between the pads. "Seen" points
-were seen, "all" includes those guessed on the hidden back. A contact is a point between the pads within
-8 mm of the outermost one on its side; it is aligned if its normal is within 30 degrees of the closing axis.
-Lengths are in metres; points are those of the thinned-out clouds.
+Grasp frame: x closing, z approach, closed fingertips at z = 0. "Pads": the volume between the pads. "Seen" points were
+seen, "all" includes those guessed on the hidden back. A contact is a point between the pads within 8 mm of the
+outermost one on its side; it is aligned if its normal is within 30 degrees of the closing axis. Lengths are in metres;
+points are those of the thinned-out clouds.
 """
 
 from types import MappingProxyType

@@ -27,8 +27,8 @@ class HandGeometry(NamedTuple):
         pad_y, pad_z: half width and height of a pad.
         finger_y, finger_x, finger_z: half width, thickness and length of a finger.
         palm: centre and half size of the boxes other than fingers, relative to the TCP of the *open* gripper.
-        palm_ranges: these boxes for tests of points: least and greatest |x|, greatest |y|, least and greatest z.
-            The gripper is assumed symmetric about both planes (else: as large as its larger half).
+        palm_ranges: these boxes for tests of points: least and greatest |x|, greatest |y|, least and greatest z. The
+            gripper is assumed symmetric about both planes (else: as large as its larger half).
         reach_m: per millimetre of width, how far the fingertips lie ahead of those of the open gripper.
     """
 
@@ -118,8 +118,8 @@ def reach_at(reach_m, width_m):
 def sweep_end_z(distance, width_m, shift_z, hand):
     """Return how far forward a closing finger comes at a distance |x| from the grasp's centre (grasp frame z).
 
-    A finger covers |x| while half the opening lies in [|x| - thickness, |x|]; the smallest of these openings, but
-    not below the grasp's width, comes furthest. `shift_z` = -reach_at(width).
+    A finger covers |x| while half the opening lies in [|x| - thickness, |x|]; the smallest of these openings, but not
+    below the grasp's width, comes furthest. `shift_z` = -reach_at(width).
     """
     return reach_at(hand.reach_m, max(width_m, 2.0 * (distance - hand.finger_x))) + shift_z
 

@@ -109,8 +109,7 @@ def _log_odds(features, nodes, levels, value, roots, baseline):
     """Return, per row, the baseline plus the leaf values of all trees.
 
     All rows walk a tree side by side, for as many steps as the deepest tree has: no step waits for the one before, and
-    no
-    branch is mispredicted, which is 2.5 times as fast as one row after the other.
+    no branch is mispredicted, which is 2.5 times as fast as one row after the other.
     """
     out = np.full(len(features), baseline)
     at = np.empty(len(features), np.int32)
@@ -167,7 +166,7 @@ _SCALARS = frozenset({"feature_names", "baseline", "data_sha256", "notes"})
 
 
 def _problem(m: TreeModel) -> str:
-    """Return what is wrong with a model's arrays, or "". A sound model cannot make the evaluation run off."""
+    """Return the fault in a model's arrays, or "". A sound model cannot make the evaluation run off."""
     n = len(m.feature)
     if not (len(m.threshold) == len(m.left) == len(m.right) == len(m.value) == len(m.missing_left) == n):
         return "the node arrays differ in length"

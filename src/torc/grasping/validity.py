@@ -85,7 +85,7 @@ def _best_branches(
     if n == 0:
         return qpos, np.zeros(0, dtype=bool), bits, fixed
     own = grasps.object_ids.astype(np.int64)
-    # If the gripper itself is blocked, no elbow position helps: such grasps get one try.
+    # If the gripper itself is blocked, no elbow position helps: these grasps get one try.
     hand = hand_geometry(robot.gripper)
     hand_bits, hand_fixed = hand_contacts(grasps.Ts_world_tcp, grasps.widths_m, own, world, hand)
     hopeful = (hand_bits == 0) & ~hand_fixed
@@ -134,8 +134,7 @@ class _Search:
         """Return the branch of each grasp in `index` that touches the least, of `most` spread over all of them.
 
         Nothing fixed ranks before fewest other objects, which rank before the solver's order. Also returns the other
-        objects
-        touched there, and whether anything fixed is.
+        objects touched there, and whether anything fixed is.
         """
         taken = np.minimum(most, self.count[index])
         row, step = _pairs(taken, 0)
@@ -208,8 +207,8 @@ def between_and_inside(
 def _count(Ts, widths, own_ids, cells, hand):
     """Count own points between and inside the fingers, and the most points between them that one other object has.
 
-    Between: within the opening along x, within the pads along y, and from the pads' rear end in the open state
-    to the closed fingertips along z. Inside: in a finger of the open gripper.
+    Between: within the opening along x, within the pads along y, and from the pads' rear end in the open state to the
+    closed fingertips along z. Inside: in a finger of the open gripper.
     """
     points, ids = cells.points, cells.tags
     counts = np.zeros((3, len(widths)), np.int64)

@@ -8,8 +8,8 @@ class CartesianConfig:
     """Straight-line motions to and from the grasp.
 
     Attributes:
-        back_offs_m: distances of the pre-grasp from the grasp, against the approach direction; the first one
-            that is feasible and free is taken.
+        back_offs_m: distances of the pre-grasp from the grasp, against the approach direction; the first one that is
+            feasible and free is taken.
         lifts_m: heights of the lift; the first one at whose end nothing is touched is taken, else the highest.
         line_out_m: longest line against the approach out of a narrow place, if no free motion leads into or out of it.
         step_m: distance between waypoints of a line.

@@ -114,9 +114,7 @@ class _Starts:
         return follow_lines(self.robot.arm, self.arrays, qpos, Ts, directions, length_m, config, waypoints)
 
     def raisable(self, bounds: Float[np.ndarray, "m 4"]) -> Bool[np.ndarray, "m"]:
-        """Check whether the shortest lift can be followed, clear of everything fixed, with the object clear of the
-        robot.
-        """
+        """Check whether the shortest lift can be followed, clear of fixed things, with the object off the robot."""
         config = self.config.cartesian
         length_m, count = max(config.lifts_m), min(line_counts(config.lifts_m, config.step_m))
         up = np.tile([0.0, 0.0, 1.0], (len(self.qpos), 1))

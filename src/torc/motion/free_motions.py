@@ -92,13 +92,11 @@ class FreeMotions:
         """Return the motion with the object to the bin.
 
         At first the object counts as large as it may be, and what it hid as an obstacle: another object may stand
-        there. If
-        arm or object already touch that, or no motion is found, it counts as free; then so does more of the start's
-        surroundings; and then the object counts as its visible part alone. If none of this leads to the bin, because
-        the
-        object touches something fixed, it first moves away from that, or else is assumed to end there. Until then,
-        lines out
-        of narrow places are only for an object as large as it may be: assumed smaller, it was torn out of the fingers.
+        there. If arm or object already touch that, or no motion is found, it counts as free; then so does more of the
+        start's surroundings; and then the object counts as its visible part alone. If none of this leads to the bin,
+        because the object touches something fixed, it first moves away from that, or else is assumed to end there.
+        Until then, lines out of narrow places are only for an object as large as it may be: assumed smaller, it was
+        torn out of the fingers.
         """
         failed = NoMotionError(PlanStage.TRANSFER, "nothing was tried.")
         possible = context.held.possible
@@ -146,9 +144,7 @@ class FreeMotions:
     def _ways_to_bin(
         self, context: LineContext, start: Float[np.ndarray, "dof"], held: Float[np.ndarray, "a 4"]
     ) -> list[tuple[CollisionWorld, float]]:
-        """Return what to treat as free on the way to the bin, the most cautious first: a world, and room at the
-        start.
-        """
+        """Return what to treat as free on the way to the bin, most cautious first: a world, and room at the start."""
         cautious = context.world.without_object(context.own_id, unknown=False)
         bold, margin_m = context.without_object, self._config.carve_margin_m
         if self._space(cautious, context.width_m, held).collides(start[None])[0]:

@@ -10,8 +10,8 @@ from jaxtyping import Float
 class PiecewisePath:
     """q(s) = points + tangents * t + curvatures * t^2 / 2, with t = s - starts, on each piece.
 
-    The parameter s is arc length on straight pieces and passes corners at the same speed, so the tangent is
-    continuous wherever a corner is rounded.
+    The parameter s is arc length on straight pieces and passes corners at the same speed, so the tangent is continuous
+    wherever a corner is rounded.
 
     Attributes:
         starts: value of s at which each piece begins, and finally the end of the path.

@@ -1,8 +1,7 @@
-"""Model a held object as spheres that cover a convex hull (paper: A Modular Pipeline, step 4), and how far it may
-reach.
+"""Model a held object as spheres over a convex hull (paper: A Modular Pipeline, step 4), and how far it may reach.
 
-Most of an object's back is hidden by itself, and its lower part often by what stands in front of it. A transfer
-planned for the visible part alone lowers the rest onto the table, or swings it against the bin.
+Most of an object's back is hidden by itself, and its lower part often by what stands in front of it. A transfer planned
+for the visible part alone lowers the rest onto the table, or swings it against the bin.
 """
 
 from dataclasses import dataclass
@@ -41,8 +40,8 @@ class Held:
 def hull_spheres(points: Float[np.ndarray, "n 3"], max_spheres: int) -> Float[np.ndarray, "a 4"]:
     """Return about max_spheres equal spheres (x, y, z, radius) that cover the surface of the points' convex hull.
 
-    The hull is cut into cubes along its principal axes, as small as the number allows; each outer cube
-    becomes a sphere. Deterministic. No points give no spheres.
+    The hull is cut into cubes along its principal axes, as small as the number allows; each outer cube becomes a
+    sphere. Deterministic. No points give no spheres.
     """
     points = np.asarray(points, dtype=float)
     points = points[np.all(np.isfinite(points), axis=1)]

@@ -36,8 +36,7 @@ def line_pairs(
 
     A line must keep off table, bin and the robot itself, with the object in the hand too. Lines may touch other objects
     (paper: A Modular Pipeline), but the branches that touch least of them come first; then long approaches, then
-    nearness
-    to the start.
+    nearness to the start.
     """
     ranked = []
     for pair, free, clear in _branch_lines(context, branches, config):
@@ -66,9 +65,7 @@ def has_lines(context: LineContext, branches: Float[np.ndarray, "b dof"], config
 def _branch_lines(
     context: LineContext, branches: Float[np.ndarray, "b dof"], config: CartesianConfig
 ) -> Iterator[tuple[LinePair, bool, bool]]:
-    """Yield the lines of each branch that has both, whether its pre-grasp is free, and whether the end of its
-    lift is.
-    """
+    """Yield the lines of each branch that has both, and whether its pre-grasp and the end of its lift are free."""
     upward, up_count = _upward(context, branches, config)
     raisable = np.flatnonzero(up_count >= min(line_counts(config.lifts_m, config.step_m)))
     backward, back_count = _backward(context, branches[raisable], config)
@@ -124,9 +121,7 @@ def _lift(
     reached: int,
     config: CartesianConfig,
 ) -> tuple[int, bool] | None:
-    """Return the number of waypoints of the lift, and whether nothing is touched at its end; None if there is
-    no lift.
-    """
+    """Return the number of waypoints of the lift, and whether its end touches nothing; None if there is no lift."""
     counts = [c for c in line_counts(config.lifts_m, config.step_m) if c <= reached]
     if not counts:
         return None
@@ -156,9 +151,7 @@ def _pre_grasp(
     reached: int,
     config: CartesianConfig,
 ) -> tuple[int, bool] | None:
-    """Return the number of waypoints back to the pre-grasp, and whether it is free; None if every line hits something
-    fixed.
-    """
+    """Return the number of waypoints back to the pre-grasp, and whether it is free; None if all hit fixed things."""
     counts = [c for c in line_counts(config.back_offs_m, config.step_m) if c <= reached]
     if not counts:
         return None
@@ -173,9 +166,7 @@ def _pre_grasp(
 def _first(
     counts: list[int], free: Bool[np.ndarray, "c"], longest_first: bool, possible: Callable[[int], bool]
 ) -> tuple[int, bool] | None:
-    """Return the first possible count, and whether its end is free: free ones in their order, then the others by
-    length.
-    """
+    """Return the first possible count, and whether its end is free: free ones in their order, then others by length."""
     blocked = sorted((c for c, f in zip(counts, free) if not f), reverse=longest_first)
     for count, is_free in [(c, True) for c, f in zip(counts, free) if f] + [(c, False) for c in blocked]:
         if possible(count):

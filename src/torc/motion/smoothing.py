@@ -110,9 +110,7 @@ def _corner_blends(path, blend_rad, samples, scene):
 def shortcut(
     path: Float[np.ndarray, "m dof"], rounds: int, space: FreeSpace, rng: np.random.Generator
 ) -> Float[np.ndarray, "k dof"]:
-    """Return a shorter free path: skip waypoints, then join random points of the path by free edges, then skip
-    again.
-    """
+    """Return a shorter free path: skip waypoints, join random points of the path by free edges, skip again."""
     draws = rng.random((rounds, 2))
     path = _skip_waypoints(kernel_array(path), space.scene)
     path = _shortcut(path, draws, space.weights, space.scene)
@@ -122,8 +120,7 @@ def shortcut(
 def corner_blends(
     path: Float[np.ndarray, "m dof"], blend_rad: float, space: FreeSpace, samples: int = 7
 ) -> Float[np.ndarray, "m"]:
-    """Return how far from each corner its arc may begin: at most blend_rad and half a leg, halved until the arc is
-    free.
+    """Return how far from each corner its arc may begin: at most blend_rad and half a leg, halved until it is free.
 
     0 at both ends and where even a small arc is not free.
     """

@@ -83,8 +83,7 @@ _TRIES = 200
 def way_out(
     space: FreeSpace, start: Float[np.ndarray, "dof"], rng: np.random.Generator
 ) -> Float[np.ndarray, "dof"] | None:
-    """Return the nearest free configuration found to which a straight edge leads without deeper contact than at the
-    start.
+    """Return the nearest free configuration found on a straight edge without deeper contact than at the start.
 
     The start itself if it is free. None if its contact is deeper than 3 cm (paddings included) or nothing free is near.
     """

@@ -103,8 +103,9 @@ def _sample_times(duration: float, sample_s: float) -> Float[np.ndarray, "t"]:
 
 @njit(cache=True)
 def _bounds(start, end, curvature, ds, limits, low, high):
-    """Write bounds on u at both ends of an interval, as lines in x at its start: low[k, 0] + low[k, 1] x <= u <=
-    high[...].
+    """Write bounds on u at both ends of an interval, as lines in x at its start.
+
+    That is, low[k, 0] + low[k, 1] x <= u <= high[k, 0] + high[k, 1] x.
 
     Returns how many, and the largest x on its own. At the end x is x + 2 u ds.
     """

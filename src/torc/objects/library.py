@@ -175,7 +175,7 @@ class GraspFact:
 
 @cache
 def all_grasp_facts() -> Mapping[str, GraspFact]:
-    """Return what is known of the library's models, by name."""
+    """Return the grasp facts of the library's models, by name."""
     return read_facts(FACTS_PATH)
 
 

@@ -23,8 +23,8 @@ class CollisionPiece:
     """One convex contact piece, with its pose in the model frame.
 
     Attributes:
-        size: as in MuJoCo: box half edges; cylinder and capsule (radius, half length without caps) along the piece's
-            z; sphere (radius,); ellipsoid half axes; mesh ().
+        size: as in MuJoCo: box half edges; cylinder and capsule (radius, half length without caps) along the piece's z;
+            sphere (radius,); ellipsoid half axes; mesh ().
         vertices: of a mesh, in the piece's frame; the piece is their convex hull. None for primitives.
         relative_density: relative to the object's other pieces, for the distribution of its mass.
     """
@@ -123,8 +123,7 @@ class VisualMesh:
     """One visible surface, model frame.
 
     Triangles are counter-clockwise seen from outside, normals (per vertex) of unit length; `rgba` is the colour without
-    a
-    texture, white with one. `uv` per vertex: u to the right and v *down* the texture; (0, 0) is the outer corner of
+    a texture, white with one. `uv` per vertex: u to the right and v *down* the texture; (0, 0) is the outer corner of
     texture[0, 0], which is also MuJoCo's convention for user data.
     """
 

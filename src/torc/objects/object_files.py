@@ -45,8 +45,7 @@ _FRAME_TOLERANCE_M = 1e-5
 _MIN_VOLUME_M3, _MIN_THICKNESS_M = 1e-12, 1e-5
 _LEAST_M2, _MOST_M2 = MIN_SIZE_M**2, 12.0
 """Limits of all surfaces together: a side of the smallest thing, and a cube of 1 m from both sides. Grasp planning
-takes a
-sample every 2.5 mm2.
+takes a sample every 2.5 mm2.
 """
 
 
@@ -56,8 +55,7 @@ def save_object(
     """Write an object to a directory of its name, completely or not at all.
 
     Raises InputError if the directory exists (and not overwrite), is not an object's, or cannot be written, or the
-    model
-    is outside the limits.
+    model is outside the limits.
     """
     directory = Path(directory)
     if directory.name != model.name:
@@ -91,8 +89,7 @@ def load_object_directory(directory: Path | str, trusted: bool = False) -> Objec
     """Load the object in a directory.
 
     A trusted one skips the checks against strangers' files, and takes half the time. Raises InputError naming file,
-    field
-    and remedy.
+    field and remedy.
     """
     directory = Path(directory)
     if trusted:  # some installers link the files of a package, and links are refused below

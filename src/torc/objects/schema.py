@@ -92,8 +92,8 @@ class VisualEntry(BaseModel):
 class ObjectSource(BaseModel):
     """Where an imported object comes from.
 
-    A mesh file (empty if there is none), its hash, and a note for people, e.g. a licence. A point p of it is
-    R(wxyz) (scale * p) + position in the model frame.
+    A mesh file (empty if there is none), its hash, and a note for people, e.g. a licence. A point p of it is R(wxyz)
+    (scale * p) + position in the model frame.
     """
 
     model_config = ConfigDict(extra="forbid", allow_inf_nan=False, frozen=True)

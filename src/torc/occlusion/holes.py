@@ -43,8 +43,7 @@ def bridge_holes(depth, label, focal_px, hole_rad):
     A pixel continues the readings with its own label, the nearest of several. A background pixel between objects
     continues the nearer one. A pixel of an object that has readings elsewhere but none close by is free as far as its
     surroundings or the nearest of those readings, less the width of a hole. An object without any reading is not
-    bridged,
-    however thin.
+    bridged, however thin.
 
     Args:
         depth: metres; 0 where there is no reading.
@@ -139,9 +138,7 @@ def _between(end_a, end_b, wa, wb, own_a, own_b):
 
 @njit(cache=True)
 def _reading_along(depth, label, row, col, dr, dc, widest_px):
-    """Return the steps to the first reading in a direction, 0 if too far, and how many background pixels lie before
-    it.
-    """
+    """Return the steps to the first reading in a direction (0: too far), and the background pixels before it."""
     height, width = depth.shape
     empty = 0
     for n in range(1, int(2 * widest_px) + 1):
@@ -156,9 +153,7 @@ def _reading_along(depth, label, row, col, dr, dc, widest_px):
 
 @njit(cache=True)
 def _continued(depth, row, col, dr, dc, steps, steepest):
-    """Return the inverse depth `steps` before (row, col), of the surface there and beyond; 0 if its slope is not
-    known.
-    """
+    """Return the inverse depth `steps` before (row, col) of the surface there and beyond; 0 without a slope."""
     height, width = depth.shape
     step = np.sqrt(float(dr * dr + dc * dc))
     last, base = depth[row, col], 0

@@ -1,8 +1,8 @@
 """Find what the right camera of a stereo pair sees.
 
-A reading is a point that both cameras saw, so nothing lies between it and either of them. That matters most beside
-near objects: there is a strip that only the left camera sees. It has no reading, and all of its rays would count as
-unseen. The right camera looks through most of that space; what lies behind is hidden from it by the near object.
+A reading is a point that both cameras saw, so nothing lies between it and either of them. That matters most beside near
+objects: there is a strip that only the left camera sees. It has no reading, and all of its rays would count as unseen.
+The right camera looks through most of that space; what lies behind is hidden from it by the near object.
 """
 
 from typing import NamedTuple
@@ -64,8 +64,7 @@ def right_view(
 def _to_right(
     depth: Float32[np.ndarray, "h w"], focal_times_baseline: float
 ) -> tuple[Float32[np.ndarray, "h w"], Int32[np.ndarray, "h w"]]:
-    """Return the nearest reading within a pixel of each pixel of the right picture (0: none), and its left pixel (-1:
-    none).
+    """Return the nearest reading within a pixel of each right pixel (0: none), and the left pixel it is of (-1: none).
 
     Within a pixel: near things become a little wider, and what lies behind them never shows through.
     """

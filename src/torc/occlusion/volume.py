@@ -41,17 +41,16 @@ class OcclusionConfig:
         object_depth_m: how far behind its visible surface an object that moved may reach, along the ray.
         min_moved_points: fewer points than this in formerly free space are noise.
         moved_share: an object with this share of its points in formerly free space has moved as a whole.
-        empty_pixels_are_free: treat background pixels without a reading as free space, for sources that give no
-            reading if nothing is in range. Off, what lies behind these pixels stays unknown.
-        out_of_view_is_free: treat what the camera can never see as free instead of unknown. For a fixed camera
-            whose image does not cover the grid: it would stay unknown for ever.
+        empty_pixels_are_free: treat background pixels without a reading as free space, for sources that give no reading
+            if nothing is in range. Off, what lies behind these pixels stays unknown.
+        out_of_view_is_free: treat what the camera can never see as free instead of unknown. For a fixed camera whose
+            image does not cover the grid: it would stay unknown for ever.
         smooth_px: width of a median filter of the depth, 0 (none), 3 or 5, and 5 for large pictures: single lost or
             smeared readings would leave unknown voxels all along their rays, and block the arm. Surfaces are not
             smoothed. Background pixels this close to an object hide space as part of it.
         hole_rad: holes in the depth up to this wide, as an angle of view, are bridged from the readings around them,
-            see
-            `bridge_holes`; the surroundings hide what is hidden there. .035 is 2.5 cm at a distance of 70 cm. 0 leaves
-            them open: all of their rays stay unknown.
+            see `bridge_holes`; the surroundings hide what is hidden there. .035 is 2.5 cm at a distance of 70 cm. 0
+            leaves them open: all of their rays stay unknown.
     """
 
     min_depth_m: float = 0.1
@@ -74,8 +73,7 @@ class OcclusionConfig:
 
 FIXED_CAMERA = OcclusionConfig(out_of_view_is_free=True)
 """For a camera that never moves: what it can never see counts as outside the volume, since as unknown space it would
-block
-the arm for ever.
+block the arm for ever.
 """
 
 FIXED_REAL_CAMERA = replace(FIXED_CAMERA, smooth_px=3)
@@ -103,8 +101,7 @@ def update_volume(
     """Return the volume after one more snapshot; the input is unchanged.
 
     Robot and background pixels hide voxels without a bit, and so do objects too small to be reported. Surface labels
-    are
-    those of this snapshot alone.
+    are those of this snapshot alone.
     """
     config = OcclusionConfig() if config is None else config
     grid, view = volume.grid, scene.observation
@@ -154,9 +151,7 @@ def update_volume(
 def surface_labels(
     grid: VoxelGrid, scene: SegmentedScene, config: OcclusionConfig | None = None
 ) -> Int16[np.ndarray, "nx ny nz"]:
-    """Return, per voxel, the id that most of its surface points have; objects win over the background; EMPTY
-    elsewhere.
-    """
+    """Return, per voxel, the id of most of its surface points; objects win over the background; EMPTY elsewhere."""
     config = OcclusionConfig() if config is None else config
     origin, voxel_m = kernel_array(grid.origin), float(grid.voxel_size_m)
     label = np.full(grid.shape, EMPTY, dtype=np.int16)

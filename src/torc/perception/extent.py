@@ -13,9 +13,7 @@ _LEAST_M = 0.005
 
 
 def size_in_sight(points: Float[np.ndarray, "n 3"]) -> Extent:
-    """Return length and thickness of a cloud, metres. What others hide is missing, so an object is at least this
-    large.
-    """
+    """Return length and thickness of a cloud, metres: least values, since hidden parts are missing."""
     return extent(points, _FLYING)
 
 

@@ -39,7 +39,7 @@ from torc.workspace.workspace_files import load_workspace
 _EXACT = replace(PerceptionConfig(), rim_px=2, piece_px=5)
 """Masks are a pixel or two off, whatever the depth: there they hold readings of what lies behind."""
 _HELD = 1
-"""Label of what is in the hand; 0, the target's, has its own rules."""
+"""Label of the held object; 0, the target's, has its own rules."""
 
 
 @dataclass(frozen=True)
@@ -112,9 +112,8 @@ class FromMasks(ABC, PerceptionTraits):
         """Return the objects.
 
         The target comes from the mark in the first picture; else from reference pictures; else from words, if the
-        masks'
-        maker reads them; else it is not in sight. Raises InputError for reference pictures that show nothing, and
-        MissingDependencyError without onnxruntime.
+        masks' maker reads them; else it is not in sight. Raises InputError for reference pictures that show nothing,
+        and MissingDependencyError without onnxruntime.
         """
         config, masks = self.config, self.find(observation, wanted)
         label = without_fixed(masks.label, observation, self.workspace, config.clouds)
@@ -180,7 +179,7 @@ class FromMasks(ABC, PerceptionTraits):
         before: SegmentedScene | None,
         carried: Int16[np.ndarray, "h w"] | None,
     ) -> _Seen:
-        """Return what is in sight, with the earlier ids."""
+        """Return the objects in sight, with the earlier ids."""
         config, observation = self.config, found.observation
         masks = [o.id - 1 for o in found.objects]
         looks = _looks(observation, label, masks, config.threads)
@@ -220,9 +219,7 @@ class FromMasks(ABC, PerceptionTraits):
 def by_words(
     label: Int16[np.ndarray, "h w"], wanted_p: Float32[np.ndarray, "h w"], masks: Sequence[int]
 ) -> Float[np.ndarray, "n"]:
-    """Return, per mask, the mean probability of its pixels to show the target: words need not have been read for this
-    mask.
-    """
+    """Return, per mask, the mean probability that its pixels show the target; words may be read for other masks."""
     inside = label >= 0
     number = label[inside].astype(np.int64)
     count = int(label.max(initial=-1)) + 1
@@ -234,9 +231,7 @@ def by_words(
 def with_target(
     ids: list[int], known: tuple[KnownObject, ...], was: int | None, target: int | None
 ) -> tuple[list[int], tuple[KnownObject, ...]]:
-    """Return ids and memory with TARGET_ID for the object at the index `target` only; `was` is the index that
-    had it.
-    """
+    """Return ids and memory with TARGET_ID for the object at index `target` only; `was` is the index that had it."""
     if target == was:
         return ids, known
     changed = dict[int, int]()

@@ -194,9 +194,7 @@ def estimate_normals(depth, label, pixels, K, R_world_camera, slope, radius):
 
 @njit(cache=True)
 def lift_pixels(depth, pixels, K, T_world_camera):
-    """Return world points of pixels. Compiled, because a library's matrix product would wake all its threads
-    for this.
-    """
+    """Return world points of pixels. Compiled, because a library's matrix product would wake all its threads."""
     T = T_world_camera
     points = np.empty((pixels.shape[0], 3), np.float32)
     for i in range(pixels.shape[0]):

@@ -12,8 +12,7 @@ from torc.robots.kinematics import sphere_centers, tcp_pose
 
 _ASIDE_M, _BEHIND_M, _BEYOND_M = 0.30, 0.20, 0.35
 """The held object lies within this box about the TCP: to the sides, against the approach, along it. A bottle held at
-its
-neck reaches far.
+its neck reaches far.
 """
 _ROBOT_M = 0.004
 """A point this close to the robot's shape is the robot's."""

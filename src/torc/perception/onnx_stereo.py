@@ -72,8 +72,7 @@ class OnnxMatcher(NamedTuple):
         """Return disparity and confidence, at the pictures' own size and in its pixels.
 
         Pictures that are too large for a model of a fixed size are scaled down, and padded to its size at the right and
-        at
-        the bottom.
+        at the bottom.
         """
         height, width = left.shape
         most = self.size or (
@@ -111,7 +110,7 @@ def _opened(path: str, threads: int) -> OnnxMatcher:
         raise MissingDependencyError("--depth onnx", "pip install onnxruntime") from error
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads, options.inter_op_num_threads = threads, 1
-    # Threads that spin while they wait would take the processor from everyone else.
+    # Spinning threads would take the processor from everyone else.
     options.add_session_config_entry("session.intra_op.allow_spinning", "0")
     options.log_severity_level = 3
     wanted = ("CUDAExecutionProvider", "CPUExecutionProvider")

@@ -18,7 +18,7 @@ class LabelPerception(PerceptionTraits):
     def perceive(
         self, observation: Observation, wanted: Wanted | None = None, before: SegmentedScene | None = None
     ) -> SegmentedScene:
-        """Return the objects under the observation's labels, whatever is wanted. Raises InputError if it has none."""
+        """Return the objects under the observation's labels, whatever is wanted. Raises InputError without labels."""
         if observation.label_image is None:
             raise InputError(
                 "This observation has no label image. Give one (object id per pixel, -1 for the background), "

@@ -39,15 +39,14 @@ class PerceptionConfig(ConfigTraits):
         min_pixels: an object with a smaller mask is not reported.
         min_target_pixels: least mask size for the target to be reported.
         min_points: an object with fewer points is not reported: nothing can be planned on it.
-        edge_slope: neighbouring pixels whose depths differ by more than this many times a pixel's width on the
-            surface belong to different surfaces. 8 is a surface seen at 83 degrees; lower it for sensors that
-            smear edges.
+        edge_slope: neighbouring pixels whose depths differ by more than this many times a pixel's width on the surface
+            belong to different surfaces. 8 is a surface seen at 83 degrees; lower it for sensors that smear edges.
         normal_radius_px: normals are fitted in a window of this radius; raise it for noisy depth.
         stride: objects keep every stride-th pixel along rows and columns.
         background_stride: stride of the background.
         rim_px: background pixels this close to a reported object's mask are not background points: a mask that is a
-            little too small leaves the object's own surface there, a smeared edge leaves points in the air. 0 for
-            exact masks and edges.
+            little too small leaves the object's own surface there, a smeared edge leaves points in the air. 0 for exact
+            masks and edges.
         piece_px: a piece of a mask that depth jumps tear off the rest, and that reaches no further than this into the
             mask, belongs to what lies behind, unless it is half as large as the largest piece: its readings are
                 dropped.
@@ -72,8 +71,7 @@ class PerceptionConfig(ConfigTraits):
         """Return the settings for a picture (rows, columns) with more pixels.
 
         Accordingly more of them show a patch of a surface, and share an error of a matcher or a mask. Smaller pictures
-        change
-        nothing.
+        change nothing.
         """
         s = finer(shape)
         if s == 1:
@@ -124,8 +122,7 @@ def segment(
 
     Objects with too few pixels are not reported; their points join the background, so that they remain obstacles. The
     scene's observation has no depth where a mask holds readings of what lies behind it (`piece_px`). Raises InputError
-    for
-    labels that fit neither image nor ids.
+    for labels that fit neither image nor ids.
     """
     counts = _pixel_counts(observation, label_image)
     config = config.at(label_image.shape)

@@ -46,14 +46,11 @@ class TargetConfig(Certainty):
             probability 1/2; how fast that changes with the cosine; how much it changes with the logarithm of the number
             of pixels.
         too_long, too_thick: if the target's size is known, how fast the odds fall, per unit of the logarithm, as a mask
-            is
-            longer or thicker. Shorter and thinner proves nothing: many are partly hidden.
+            is longer or thicker. Shorter and thinner proves nothing: many are partly hidden.
         held_likeness, held_steepness, held_trust: likewise for the held object, and the weight of the log-odds from
-            before
-            the pick.
+            before the pick.
         held_too_large: how fast its odds fall as it is longer or thicker than the target, as above. Nothing hides it,
-            and
-            the gripper only makes it smaller, so this is steep.
+            and the gripper only makes it smaller, so this is steep.
     """
 
     sure: float = 0.8
@@ -143,9 +140,7 @@ def rivals(known: Sequence[KnownObject], object_id: int, config: TargetConfig) -
 
 
 def choose_target(p: Float[np.ndarray, "n"], was: int | None, config: Certainty) -> int | None:
-    """Return the index of the target among the objects, or None. `was` is the earlier target's, if it is still
-    there.
-    """
+    """Return the index of the target among the objects, or None. `was` is the earlier target, if still there."""
     if len(p) == 0:
         return None
     order = np.argsort(-p)
@@ -164,8 +159,7 @@ def marked_object(label: Int16[np.ndarray, "h w"], mark: tuple[int, ...]) -> int
     """Return the label (0 or more) at a mark, or None. Raises InputError off the picture.
 
     At a pixel (column, row), or else nearest to it within a few pixels; or the one that agrees best with a box (left,
-    top,
-    right, bottom).
+    top, right, bottom).
     """
     height, width = label.shape
     x, y = mark[:2]

@@ -95,9 +95,7 @@ def _stretch(observation: Observation) -> Float32[np.ndarray, "h w"]:
 
 
 def _amplitude(observation: Observation, range_m: Float32[np.ndarray, "h w"]) -> Float32[np.ndarray, "h w"]:
-    """Return the brightness of each pixel in the camera's own light, relative to a white surface seen squarely
-    at 1 m.
-    """
+    """Return each pixel's brightness in the camera's light, relative to a white surface seen squarely at 1 m."""
     albedo = cv2.cvtColor(observation.rgb, cv2.COLOR_RGB2GRAY).astype(np.float32) / 255
     slope = np.hypot(*np.gradient(range_m)) / np.maximum(range_m, 1e-3) * np.float32(observation.K[0, 0])
     facing = 1 / np.sqrt(1 + np.minimum(slope, 20.0) ** 2)

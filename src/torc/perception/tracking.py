@@ -1,8 +1,8 @@
 """Keep an object's id from snapshot to snapshot.
 
-Most of a scene stays where it was: a surface point that is found again in its place belongs to its earlier object.
-So masks are matched to earlier objects by the surface that they share. An object whose surface does not decide, since
-it was moved or hidden for a while, is matched by its looks, its size, and where it was.
+Most of a scene stays where it was: a surface point that is found again in its place belongs to its earlier object. So
+masks are matched to earlier objects by the surface that they share. An object whose surface does not decide, since it
+was moved or hidden for a while, is matched by its looks, its size, and where it was.
 
 Masks also change from look to look where nothing moved: two objects become one mask, or one becomes two. Of two such
 readings of an unchanged surface, the surer one stays.
@@ -105,8 +105,7 @@ def same_ids(
     """Return an id for each object, and what to remember of all.
 
     `overlap` is the agreement of each with each object of `before.objects`, see `agreement`; it has no columns before
-    the
-    first snapshot. New objects get ids that nothing known has; TARGET_ID is never newly given.
+    the first snapshot. New objects get ids that nothing known has; TARGET_ID is never newly given.
     """
     ids: list[int | None] = [None] * len(seen)
     remembered = () if before is None else before.known

@@ -9,8 +9,8 @@ where q is the share of failed tries that lose the object: 0 for all but the tar
 neighbours block a better grasp of it, and clearing them, at 1 / p(neighbour) each, plus cost(better) is less than the
 cost now.
 
-Objects never wait for each other in a circle: an object other than the target waits only for likelier grasps, and
-nothing waits for the target.
+Objects never wait for each other in a circle: an object other than the target waits only for objects that are likelier
+to come out, and nothing waits for the target.
 """
 
 from collections.abc import Iterator, Mapping

@@ -119,9 +119,7 @@ def veto(
 
 
 def _alike(grasps: GraspSet, failed: FailedGrasp, config: FailureConfig) -> Bool[np.ndarray, "n"]:
-    """Return whether each grasp is similar to a failed one of its object; a half turn about the approach does not
-    count.
-    """
+    """Return whether each grasp is similar to a failed one of its object, ignoring half turns about the approach."""
     T = grasps.Ts_world_tcp
     distance = np.linalg.norm(T[:, :3, 3] - failed.T_world_tcp[:3, 3], axis=1)
     relative = np.einsum("ij,njk->nik", failed.T_world_tcp[:3, :3].T, T[:, :3, :3])

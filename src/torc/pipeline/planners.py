@@ -134,8 +134,7 @@ def spec_of_object(spec: PlannerSpec, planner: TaskPlanner) -> PlannerSpec:
     """Return the spec to record for a trial that a ready-made planner plays.
 
     It is `spec` if that names the planner's class, else the planner's own name. Raises InputError if the record would
-    be
-    wrong: settings or a VLM that the planner never got, or another planner's name.
+    be wrong: settings or a VLM that the planner never got, or another planner's name.
     """
     cls, name = type(planner), TASK_PLANNERS.traits(planner).name
     if not isinstance(name, str) or not name.strip() or not name.isprintable():

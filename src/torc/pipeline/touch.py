@@ -1,8 +1,8 @@
 """Remember what the fingers touched where nothing was seen.
 
-An approach that ends in an unexpected contact means that something is where a fingertip is. Usually that is the
-unseen back of the object, which reaches further than assumed. The end of that finger counts as felt points of the
-object while it stays where it was, so that grasp planners avoid it.
+An approach that ends in an unexpected contact means that something is where a fingertip is. Usually that is the unseen
+back of the object, which reaches further than assumed. The end of that finger counts as felt points of the object while
+it stays where it was, so that grasp planners avoid it.
 """
 
 from dataclasses import replace

@@ -46,10 +46,9 @@ class SphereModel:
 
     Attributes:
         link: the link that each sphere moves with: 0..dof-1 the link of that joint, dof the gripper's body (tool0
-            frame),
-            dof+1 / dof+2 the finger at -x / +x.
-        centers: in that link's frame; a finger's in the TCP frame at the current opening as if the opening were 0,
-            to be shifted along x by -/+ half the opening.
+            frame), dof+1 / dof+2 the finger at -x / +x.
+        centers: in that link's frame; a finger's in the TCP frame at the current opening as if the opening were 0, to
+            be shifted along x by -/+ half the opening.
         radii: metres; unpadded.
     """
 

@@ -24,8 +24,7 @@ class ExecutionConfig:
         retreat_guard: of the motions back.
         bend_rad: a free motion is bent to start where the arm is if that is within this of its planned start, in every
             joint; otherwise it is passed on as planned, and a real arm's supervisor refuses it. Later motions are bent
-            by
-            as much as the arm may have fallen short of the one before.
+            by as much as the arm may have fallen short of the one before.
         close_within_rad: an approach stopped by contact this close to the grasp, in every joint, still closes the
             gripper: about two centimetres, as in the trials that the grasp score learns from.
         goal_slack_rad: a motion that ends this close to its goal counts as arrived.

@@ -23,8 +23,7 @@ class GripperDescription:
     """A parallel gripper with two fingers.
 
     The TCP is midway between the distal ends of the fingertips; x is the closing direction, z points out of the
-    gripper.
-    Everything is tabulated over the opening.
+    gripper. Everything is tabulated over the opening.
 
     Attributes:
         joint_names: all of the gripper's joints in the MJCF.
@@ -55,9 +54,7 @@ class GripperDescription:
         return Hand(self.max_width_m, float(2 * half_sizes[:, 2].max()))
 
     def T_tool0_tcp(self, width_m: float) -> Pose:
-        """Return the TCP in the flange's frame with the pads width_m apart. Raises InputError outside
-        0..max_width_m.
-        """
+        """Return the TCP in the flange's frame with pads width_m apart. Raises InputError outside 0..max_width_m."""
         return self._at(self.Ts_tool0_tcp, width_m)
 
     def Ts_tool0_tcp_at(self, widths_m: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n 4 4"]:

@@ -74,9 +74,7 @@ def place_gripper(model: Model, gripper: GripperEntry, angle: float) -> None:
 
 
 def tcp_pose(model: Model, gripper: GripperEntry) -> Pose:
-    """Return the TCP's world pose at the model's state: origin between the tips, x from one to the other, z as the
-    site's.
-    """
+    """Return the TCP's world pose at the model's state: origin between the tips, x across them, z as the site's."""
     T, other = (model.site_pose(f.tip_site) for f in reversed(gripper.fingers))
     out = T.copy()
     out[:3, 3] = 0.5 * (T[:3, 3] + other[:3, 3])

@@ -108,8 +108,8 @@ class IkConfig:
 
     Attributes:
         swivel_angles: samples per pose of what the seventh joint leaves free (closed form): elbow positions evenly
-            around
-            the circle, or angles of the last joint. More find tighter gaps in clutter and take proportionally longer.
+            around the circle, or angles of the last joint. More find tighter gaps in clutter and take proportionally
+            longer.
         soft_margin_rad: solutions whose joints are closer than this to a limit are ranked lower, by up to
             `limit_weight` per joint, in units of squared radians from rest.
         starts: numerical solver: starting configurations per pose.
@@ -127,9 +127,7 @@ class IkConfig:
 
 @dataclass(frozen=True)
 class IkSolutions:
-    """Solutions per pose, best first: joint positions, radians, NaN beyond the count, which is 0 for an unreachable
-    pose.
-    """
+    """Solutions per pose, best first: joint positions, radians, NaN beyond `count`, which is 0 if unreachable."""
 
     qpos: Float[np.ndarray, "n b dof"]
     count: Int[np.ndarray, "n"]
@@ -145,8 +143,7 @@ def solve_ik(
     """Return all solutions found for each pose of the flange, within the joint limits, including angles 2 pi apart.
 
     They are ordered by distance from the rest configuration with a penalty near joint limits. Raises InputError if a
-    pose
-    is not a rigid transform.
+    pose is not a rigid transform.
     """
     config = config or IkConfig()
     Ts = kernel_array(Ts_world_tool0)

@@ -75,9 +75,7 @@ def angle_between(v: np.ndarray, u: np.ndarray, axis: np.ndarray, work: np.ndarr
 def split_rotation(
     R: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray, out: np.ndarray, work: np.ndarray
 ) -> int:
-    """Write angles to out (2, 3) with R = rot(a) rot(b) rot(c), a and c at right angles to b; return how many
-    solutions.
-    """
+    """Write angles to out (2, 3) with R = rot(a) rot(b) rot(c), a and c at right angles to b; return how many."""
     u, v, w = work[0], work[1], work[2]
     M = work[3:6]
     apply(R, c, u)

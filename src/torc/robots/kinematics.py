@@ -31,9 +31,7 @@ def tcp_pose(robot: RobotDescription, q: Float[np.ndarray, "dof"], width_m: floa
 def sphere_centers(
     robot: RobotDescription, qpos: Float[np.ndarray, "n dof"], width_m: Float[np.ndarray, "n"]
 ) -> Float[np.ndarray, "n s 3"]:
-    """Return world centres of robot.spheres, per configuration and opening. Raises InputError for an impossible
-    opening.
-    """
+    """Return world centres of robot.spheres per configuration. Raises InputError for an impossible opening."""
     poses, link = link_poses(robot.arm, qpos), robot.spheres.link
     widths = np.broadcast_to(np.asarray(width_m, dtype=np.float64), len(poses))
     fingers = poses[:, -1] @ robot.gripper.Ts_tool0_tcp_at(widths)

@@ -1,7 +1,7 @@
 """Kinematics as compiled kernels on plain arrays.
 
-Affine 4x4 matrices; their last row is assumed to be 0 0 0 1. Kernels that only read poses accept them without that
-row, too.
+Affine 4x4 matrices; their last row is assumed to be 0 0 0 1. Kernels that only read poses accept them without that row,
+too.
 """
 
 import numpy as np
@@ -10,7 +10,7 @@ from numba import njit
 
 @njit(cache=True)
 def multiply_affine(A: np.ndarray, B: np.ndarray, out: np.ndarray) -> None:
-    """out = A @ B; out must be neither A nor B."""
+    """Compute out = A @ B; out must be neither A nor B."""
     for i in range(3):
         a0, a1, a2 = A[i, 0], A[i, 1], A[i, 2]
         for j in range(4):
@@ -22,7 +22,7 @@ def multiply_affine(A: np.ndarray, B: np.ndarray, out: np.ndarray) -> None:
 
 @njit(cache=True)
 def rotate_about(axis: np.ndarray, angle: float, out: np.ndarray) -> None:
-    """out[:3, :3] = rotation about a unit axis (Rodrigues)."""
+    """Write the rotation about a unit axis to out[:3, :3] (Rodrigues)."""
     x, y, z = axis[0], axis[1], axis[2]
     c, s = np.cos(angle), np.sin(angle)
     v = 1.0 - c
@@ -42,7 +42,7 @@ def link_poses_kernel(
     T_world_base: np.ndarray, Ts_parent_joint: np.ndarray, axes: np.ndarray, T_last_tool0: np.ndarray,
     qpos: np.ndarray, out: np.ndarray,
 ) -> None:  # fmt: skip
-    """Forward kinematics: out (n, dof + 1, 4, 4) = world poses of all links, then of tool0, for qpos (n, dof)."""
+    """Write world poses of all links, then of tool0, to out (n, dof + 1, 4, 4), for qpos (n, dof)."""
     n, dof = qpos.shape
     joint, turn = np.zeros((4, 4)), np.zeros((4, 4))
     turn[3, 3] = 1.0
@@ -59,7 +59,7 @@ def link_poses_kernel(
 
 @njit(cache=True)
 def jacobian_kernel(Ts_link: np.ndarray, axes: np.ndarray, out: np.ndarray) -> None:
-    """Geometric Jacobian of tool0, out (6, dof): linear rows, then angular, world frame, from poses (dof + 1, 4, 4)."""
+    """Write the geometric Jacobian of tool0 to out (6, dof): linear rows, then angular, world frame."""
     dof = axes.shape[0]
     p = Ts_link[dof]
     for i in range(dof):
@@ -74,9 +74,7 @@ def jacobian_kernel(Ts_link: np.ndarray, axes: np.ndarray, out: np.ndarray) -> N
 
 @njit(cache=True)
 def pose_error(T: np.ndarray, goal: np.ndarray, out: np.ndarray) -> float:
-    """Write position and rotation-vector error of T against goal, world frame, to out (6,); return its largest
-    entry.
-    """
+    """Write position and rotation-vector error of T from goal, world frame, to out (6,); return the largest entry."""
     for i in range(3):
         out[i] = goal[i, 3] - T[i, 3]
     # Vector part and trace of D = R_goal R^T.

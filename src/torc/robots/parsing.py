@@ -61,8 +61,7 @@ def parse_robot(path: Path) -> RobotDescription:
 
 
 def try_robot(path: Path) -> tuple[RobotDescription, dict[str, list[str]]]:
-    """Read a robot file and try the robot. Return it and what would keep it from picking, by part; empty lists if
-    nothing.
+    """Read a robot file and try the robot; return it and what would keep it from picking, by part, empty if nothing.
 
     Raises InputError if the files cannot be read, or contradict the format or each other.
     """
@@ -158,9 +157,7 @@ def _check_chain(model: Model, entry: ArmEntry, ids: list[int]) -> None:
 
 
 def _links(model: Model, entry: RobotFile) -> np.ndarray:
-    """Return, per body, the link number of SphereModel; -1 static, -2 a gripper part other than its body and
-    fingers.
-    """
+    """Return, per body, the link number of SphereModel; -1 static, -2 gripper parts except its body and fingers."""
     m, dof = model.m, len(entry.arm.joints)
     own = {int(m.jnt_bodyid[model.id("joint", n)]): i for i, n in enumerate(entry.arm.joints)}
     own[model.id("body", entry.gripper.body)] = dof
@@ -205,8 +202,7 @@ def _checked_links(
 
 
 def _source(description: RobotFile, model: Any) -> str:
-    """Return the fingerprint of a robot file, and of everything compiled into its MjModel: included files, meshes,
-    textures.
+    """Return the fingerprint of a robot file and of everything in its MjModel: included files, meshes, textures.
 
     Comments and file names do not count.
     """

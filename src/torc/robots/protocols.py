@@ -16,8 +16,8 @@ class ContactGuard:
     """When a motion must stop because the robot touches something; an object held between the pads does not count.
 
     Attributes:
-        max_force_n: stop as soon as the contact force on the arm or gripper exceeds this. 40 N stops before a stiff
-            arm breaks a pile apart; below 15 N a light brush already stops it.
+        max_force_n: stop as soon as the contact force on the arm or gripper exceeds this. 40 N stops before a stiff arm
+            breaks a pile apart; below 15 N a light brush already stops it.
         relief_m: after the stop, go back along the path by this much, so that nothing stays pressed.
     """
 

@@ -22,8 +22,7 @@ def cover_geom(kind: str, size: np.ndarray, aabb_half: np.ndarray, tolerance_m: 
     """Return spheres of a MuJoCo geom of that size, in its frame; for meshes and ellipsoids: of its bounding box.
 
     A capsule's are so close that notches are at most tolerance_m deep. A cylinder has one per slab about as high as it
-    is
-    wide, and a box one per roughly cubic cell; their rims or corners stick out by at most tolerance_m.
+    is wide, and a box one per roughly cubic cell; their rims or corners stick out by at most tolerance_m.
     """
     if kind == "sphere":
         return np.array([[0.0, 0.0, 0.0, size[0]]])

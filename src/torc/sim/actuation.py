@@ -34,9 +34,7 @@ class SimulatedGripper:
     """The `Gripper` of torc.robots.protocols."""
 
     def __init__(self, stepper: Stepper, robot: RobotDescription) -> None:
-        """Take the parts. Raises InputError if the gripper's actuator has no limits: they define how to close it, and
-        how hard.
-        """
+        """Take the parts. Raises InputError if the gripper's actuator has no limits, which define how it closes."""
         self._stepper, self._gripper = stepper, robot.gripper
         world = stepper.world
         self._actuator = world.model.actuator(robot.gripper_actuator_name).id

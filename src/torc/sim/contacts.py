@@ -101,8 +101,7 @@ def lies_on(world: World) -> frozenset[tuple[int, int]]:
     """Return all pairs (upper, lower) of objects in the scene where the lower bears the upper.
 
     It must bear, by the upward part of the normal forces between the two, a tenth of the upper's weight or more. The
-    world
-    is unchanged afterwards.
+    world is unchanged afterwards.
     """
     state = save_state(world)
     world.wake()  # between sleeping things there are no forces

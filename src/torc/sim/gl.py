@@ -25,8 +25,7 @@ def gl_backend() -> str:
     """Return how this process renders.
 
     It is MUJOCO_GL if set ("off" means rays), else the first of EGL and OSMesa that works, else rays. Raises InputError
-    if
-    MUJOCO_GL names something else.
+    if MUJOCO_GL names something else.
     """
     wanted = os.environ.get("MUJOCO_GL", "").lower().strip()
     if wanted in ("disable", "disabled", "off", "false", "0"):
@@ -63,9 +62,7 @@ _MOST_SPARE = 4
 
 
 def borrow_context(backend: str, width: int, height: int) -> Any:
-    """Return a context that was returned in this thread, whose shaders are compiled, else a new one from
-    `make_context`.
-    """
+    """Return a context that this thread used before, with compiled shaders, else a new one from `make_context`."""
     spare = _spare.contexts.get((backend, width, height))
     return spare.pop() if spare else make_context(backend, width, height)
 

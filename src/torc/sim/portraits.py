@@ -89,9 +89,7 @@ def stands(model: ObjectModel) -> bool:
 
 
 def portrait_camera(model: ObjectModel, width: int, height: int) -> CameraMount:
-    """Return the camera of a portrait: in front of the object, a little to the right; further above for flatter
-    objects.
-    """
+    """Return the camera of a portrait: in front of the object, slightly to the right; higher for flatter objects."""
     depth, breadth, tall = model.size_m
     elevation = np.interp(tall / max(depth, breadth), [0.1, 0.6, 1.5], [0.95, 0.70, 0.45])
     azimuth = _AZIMUTH_RAD[0 if model.pieces[0].kind == "box" else 1]

@@ -70,7 +70,7 @@ class SimulatedRobot(Closing):
     def __init__(
         self, world: World, config: SimulatedRobotConfig | None = None, observer: Observer | None = None
     ) -> None:
-        """Take over a world that was built with a robot; nobody else should step it.
+        """Take over a world that was built with a robot; only this robot may step it.
 
         The observer is called with it about 25 times per simulated second.
         """
@@ -90,7 +90,7 @@ class SimulatedRobot(Closing):
         """The commands of the latest pick, and what the robot itself felt."""
 
     def take_over(self) -> tuple[int, ...]:
-        """Let the scene come to rest before the first pick, and remove what is then not on the table.
+        """Let the scene come to rest before the first pick, and remove objects that are then not on the table.
 
         Returns the ids of what was removed, which nobody dropped. Raises InputError if the target is one of them, and
         PhysicsError if the simulation broke.
@@ -215,9 +215,7 @@ class SimulatedRobot(Closing):
 
 
 def _choose_held(carried: dict[int, bool], delivered: set[int], wanted: int) -> int | None:
-    """Return the lifted object that counts: a delivered target, the wanted one, the target, what the gripper
-    touches.
-    """
+    """Return the lifted object that counts: a delivered target, the wanted one, the target, any that is touched."""
     if TARGET_ID in delivered:
         return TARGET_ID
     for candidate in (wanted, TARGET_ID):

@@ -13,11 +13,10 @@ from torc.sim.watchdog import Watchdog
 from torc.workspace.description import Box, Workspace
 
 UNSEEN = WorldConfig(surfaces=False)
-"""For worlds that nobody looks at."""
+"""For worlds that are not drawn."""
 COARSE = replace(UNSEEN, timestep_s=0.004, implicit=False)
 """For worlds in which objects are only piled up, let down, and tested for creeping: they cost half the computing time,
-and
-piles creep no less. Where numbers matter, a world like those of trials decides.
+and piles creep no less. Where numbers matter, a world like those of trials decides.
 """
 EASED_M, _EASING_STEPS = 0.002, 1000
 """Ordinary settling copes with objects that are inside each other by this much."""
@@ -125,8 +124,7 @@ def dump(
     """Make an unstructured pile of the problem's objects, whatever their poses were.
 
     They are let go in a random order and orientation between temporary walls, which are then removed. Returns the
-    problem
-    with settled poses, and the report of settling without walls. Raises PhysicsError.
+    problem with settled poses, and the report of settling without walls. Raises PhysicsError.
     """
     config = config or DumpConfig()
     world_config = world_config or UNSEEN
@@ -186,7 +184,7 @@ def _tops(
 
 
 def _walls(workspace: Workspace, config: DumpConfig) -> tuple[Box, ...]:
-    """Four thick walls around the pile."""
+    """Return four thick walls around the pile."""
     (x, y), (lx, ly), h, t = config.center_xy, config.walls_size_m, config.walls_height_m, 0.1
     z = workspace.support_z_m + h / 2
     return (
@@ -201,8 +199,7 @@ def ease_apart(world: World) -> tuple[float, float]:
     """Push overlapping objects apart until ordinary settling copes with the deepest overlap, and set nothing in motion.
 
     All are stopped after every time step. Returns how deep the deepest two bodies were inside each other before and
-    after,
-    metres.
+    after, metres.
     """
     world.update_position_stage()
     before, steps = _deepest_m(world), 0

@@ -123,9 +123,7 @@ class World:
         wake_all(self.model, self.data)
 
     def on_table(self) -> tuple[int, ...]:
-        """Return ids of the objects in the scene that are still on the table, rising: centre above it, or 3 cm
-        beyond.
-        """
+        """Return ids of the objects still on the table, rising: centre above it, or up to 3 cm beyond."""
         board, p = self.workspace.table, self.positions
         inside = np.abs(p[:, :2] - board.center[:2]) <= 0.5 * np.array(board.size[:2]) + _OVERHANG_M
         above = p[:, 2] > self.workspace.support_z_m - _BELOW_M

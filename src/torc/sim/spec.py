@@ -21,9 +21,9 @@ class WorldConfig:
     Attributes:
         impratio: stiffness of friction relative to that of contact; below 10 held objects creep.
         rolling_friction_round_m: of objects that roll; with less, settling never ends.
-        light_kg: contacts of MuJoCo are as stiff as the lighter body is heavy: a finger that presses 40 N on a
-            15 g sponge would sink in by centimetres. So objects lighter than this get a shorter time constant, but
-            none shorter than `light_solref_s`, which is four time steps.
+        light_kg: contacts of MuJoCo are as stiff as the lighter body is heavy: a finger that presses 40 N on a 15 g
+            sponge would sink in by centimetres. So objects lighter than this get a shorter time constant, but none
+            shorter than `light_solref_s`, which is four time steps.
         object_solimp: of objects' contacts; MuJoCo's own (.9, .95) is five times as soft under load.
         sleeping: in a world with a robot, objects at rest are not computed until something touches one of those that
             lie together: a pick gets several times cheaper, but what would creep on for ever stays where it is.

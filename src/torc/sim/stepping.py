@@ -18,8 +18,7 @@ _WATCHDOG_S, _OBSERVER_S = 0.02, 1.0 / 25.0
 
 StepperState = tuple[int, float | None]
 """What a stepper remembers: the number of control periods so far, which schedules the watchdog, and since when two
-bodies
-have been too deep in each other (None if they are not).
+bodies have been too deep in each other (None if they are not).
 """
 
 

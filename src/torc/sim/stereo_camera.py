@@ -70,9 +70,7 @@ def stereo_pair(
 
 
 class _Cloud:
-    """A camera's view in the projector's frame: points, and their directions as tangents / _TANGENT (2 without
-    depth).
-    """
+    """A camera's view in the projector's frame: points, and their tangents / _TANGENT (2 without depth)."""
 
     def __init__(self, depth_m: Float32[np.ndarray, "h w"], K: np.ndarray, shift_m: float) -> None:
         h, w = depth_m.shape

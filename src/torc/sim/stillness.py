@@ -16,8 +16,7 @@ class StillnessConfig:
     Attributes:
         distance_m, angle_rad: no object may move or turn further from where it was at the start.
         early_s: after this time the watch ends as soon as every object's motion so far, plus `safety` times the
-            expected
-            rest at the pace of the last `pace_s`, is within the limits.
+            expected rest at the pace of the last `pace_s`, is within the limits.
     """
 
     distance_m: float = 0.002
@@ -31,9 +30,7 @@ class StillnessConfig:
 
 @dataclass(frozen=True)
 class StillnessReport:
-    """A scene left to itself: how far each object moved and turned (0 if not in the scene), and which left the
-    table.
-    """
+    """A scene left to itself: how far each object moved and turned (0 if not present), and which left the table."""
 
     still: bool
     watched_s: float

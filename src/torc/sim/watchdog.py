@@ -17,14 +17,12 @@ _BELOW_M = 0.10
 
 _MAX_SPEED_M_S, _MAX_FALLING_SPEED_M_S = 5.0, 8.0
 """Limits for an object on or above the table (an arm moves it at about 1 m/s, a fall of 50 cm at 3), and for one below
-the
-table top, or above the bin.
+the table top, or above the bin.
 """
 _MAX_JOINT_SPEED_RAD_S = 60.0
 _MAX_PENETRATION_M, _PENETRATION_S = 0.015, 0.1
 """Limits for two bodies inside each other, above the table: depth and duration. An object that falls 20 cm onto the
-table
-sinks in by 15 mm for an instant.
+table sinks in by 15 mm for an instant.
 """
 _MAX_IMPACT_PENETRATION_M = 0.04
 """Too deep even for an instant."""

@@ -71,9 +71,8 @@ def decide_by_graph(
     """Return the choice that a dependency graph implies, whoever built it.
 
     In this order: the target, if it is a graspable sink; the most probable graspable sink (ties: more valid grasps,
-    then
-    nearer to the camera, then lower id); any graspable object (preferably not below another one, then as for ties); no
-    object, if nothing visible is graspable.
+    then nearer to the camera, then lower id); any graspable object (preferably not below another one, then as for
+    ties); no object, if nothing visible is graspable.
     """
     probabilities = graph_probabilities(graph, config)
     graspable = context.graspable_ids
@@ -124,8 +123,8 @@ def explain(
 ) -> str:
     """Return a sentence that follows the most probable path back from the chosen object to the target.
 
-    E.g. "Pick 3 (p = 0.62): it blocks 5 of 7 blocked grasps of 2, which stands in front of the target 0."
-    `called` names an object by its id.
+    E.g. "Pick 3 (p = 0.62): it blocks 5 of 7 blocked grasps of 2, which stands in front of the target 0." `called`
+    names an object by its id.
     """
     path = most_probable_path(graph, chosen)
     if not path:

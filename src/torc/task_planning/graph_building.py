@@ -28,8 +28,7 @@ def build_dependency_graph(
     A node keeps only its 'below' edges if it has any. Otherwise it keeps none if it has a valid grasp; else edges to
     the objects that block its grasps, if any grasp is blocked; else its 'behind' edges. An object whose grasps fail for
     other reasons (out of reach, into the table) gets no blocking edges, since no removal would help them. Grasps held
-    back
-    as unlikely (`Pipeline.min_score`) do not count as valid.
+    back as unlikely (`Pipeline.min_score`) do not count as valid.
 
     Two rules go beyond the paper. A visible target without a valid grasp and without edges gets 'hidden by' edges to
     whatever hides the space around it, since too little of it is in sight. An unrecognised target may be in sight: it

@@ -59,9 +59,7 @@ def _still_useful(
     predecessors: UInt64[np.ndarray, "n"],
     exits: np.uint64,
 ) -> np.uint64:
-    """Return the free nodes that a simple path from w to an exit may still visit, including w; 0 if no exit is
-    reachable.
-    """
+    """Return the free nodes that a simple path from w to an exit may still visit, including w; 0 without an exit."""
     ahead = _closure(_ONE << np.uint64(w), successors, free)
     if ahead & exits == _ZERO:
         return _ZERO

@@ -71,14 +71,12 @@ def dominators(root: int, order: Sequence[int], backward: Bits) -> Bits:
 
 
 def trim(weights: Float[np.ndarray, "n n"], source: int, sinks: Sequence[int]) -> Float[np.ndarray, "n n"]:
-    """Zero every edge that cannot lie on a simple path from the source to a sink, judged by reachability and
-    dominators.
+    """Zero every edge that no simple path from the source to a sink can use, judged by reachability and dominators.
 
-    An edge goes if one of its ends is out of the source's reach or cannot reach a sink. The edge u -> d goes if d
-    is on every way from the source to u: a path that came to u has already been at d. The edge d -> u goes if d is
-    on every way from u to a sink: the path would have to come back to d. Repeated until nothing changes. (A complete
-    test
-    is NP-hard: two disjoint paths.)
+    An edge goes if one of its ends is out of the source's reach or cannot reach a sink. The edge u -> d goes if d is on
+    every way from the source to u: a path that came to u has already been at d. The edge d -> u goes if d is on every
+    way from u to a sink: the path would have to come back to d. Repeated until nothing changes. (A complete test is
+    NP-hard: two disjoint paths.)
     """
     w = weights.copy()
     while True:

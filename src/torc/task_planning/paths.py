@@ -1,7 +1,7 @@
 """Compute the probability of each sink: the sum over all simple paths from the target of the product of edge weights.
 
-That is the paper's measure of progress (Approach 2). Enumerating simple paths takes time exponential in the size of
-the graph; the general problem is #P-hard. Here the same sum is found without enumeration:
+That is the paper's measure of progress (Approach 2). Enumerating simple paths takes time exponential in the size of the
+graph; the general problem is #P-hard. Here the same sum is found without enumeration:
 
 1. edges that no simple path can use are dropped (reachability and dominators, `path_trimming`), which breaks most
    cycles;
@@ -34,8 +34,8 @@ class PathConfig:
     """How much work the sum may take, in amounts, not times, so that a result never depends on the machine.
 
     Attributes:
-        work_limit: path extensions in all (about 0.1-0.3 us each). Raise it if answers come back inexact and time
-            does not matter.
+        work_limit: path extensions in all (about 0.1-0.3 us each). Raise it if answers come back inexact and time does
+            not matter.
         state_capacity: table size for merged states of one part, a power of two; half of it is used, 21 bytes per
             state.
         subset_nodes: dense parts of up to this many nodes are solved over all their subsets (2**n * n numbers).
@@ -83,9 +83,7 @@ class SinkProbabilities:
 
     @property
     def lost(self) -> float:
-        """Mass that ends at no sink, of simple paths into a cycle without a way out; an upper bound if the sums are
-        inexact.
-        """
+        """Mass of simple paths into a cycle without a way out; an upper bound if the sums are inexact."""
         return max(0.0, 1.0 - sum(self.lower))
 
     @property
@@ -165,8 +163,7 @@ def _checked(weights: np.ndarray, source: int) -> np.ndarray:
 def _through_part(
     w: np.ndarray, part: list[int], lower: np.ndarray, upper: np.ndarray, config: PathConfig, work_left: int
 ) -> tuple[np.ndarray, np.ndarray, int, str]:
-    """Return bounds of the mass of all simple paths that end at each node of the part, the work done, and the bound
-    hit.
+    """Return bounds of the mass of all simple paths to each node of the part, the work done, and the bound hit.
 
     `lower` and `upper` hold, at the part's nodes, the mass that flows in.
     """

@@ -19,8 +19,7 @@ class TaskPlanner(Protocol):
     - `evidence.notes` is plain data that `json.dumps` accepts.
 
     A planner with its own numba kernels may have a second method, `warm_up(context)`: it is called before a trial with
-    a
-    made-up context, to run each kernel once, so that compilation never counts as decision time.
+    a made-up context, to run each kernel once, so that compilation never counts as decision time.
     """
 
     @property

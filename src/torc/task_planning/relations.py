@@ -1,8 +1,8 @@
 """Find which object is behind or below which, from masks and depth alone (paper: Approach 2, steps 1-3).
 
-Masks that touch once dilated are neighbours. Of two neighbours the one whose boundary is farther away, on average,
-is 'behind' the other. The pair is 'below' instead if enough boundary points of one object face upwards, are close
-to the other object, and lie lower than its closest point.
+Masks that touch once dilated are neighbours. Of two neighbours the one whose boundary is farther away, on average, is
+'behind' the other. The pair is 'below' instead if enough boundary points of one object face upwards, are close to the
+other object, and lie lower than its closest point.
 """
 
 from dataclasses import dataclass
@@ -29,12 +29,10 @@ class RelationConfig:
         dilation_px: radius of the disk that dilates masks, at 1080 image rows; scaled to the image's height.
         min_dilation_px: least radius after scaling.
         min_support: 'below' needs more supporting boundary points than this, at 1080 image rows; scaled by the square
-            of
-            the image's height, as the number of pixels on a patch of surface.
+            of the image's height, as the number of pixels on a patch of surface.
         closeness_m: distance within which a point of the other object counts as close.
         closeness_samples: a point within this many pixel widths on the surface is also close: in coarse images,
-            touching
-            objects have no two points within 6 mm where the surface is seen at a slant.
+            touching objects have no two points within 6 mm where the surface is seen at a slant.
         upright_cos: least z of a unit normal that faces upwards; cos 45 deg.
     """
 

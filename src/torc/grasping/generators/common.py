@@ -80,8 +80,7 @@ def settled(raw: RawCandidates, given: GeneratorInput) -> RawCandidates:
 
 @njit(cache=True)
 def make_rotation(closing, approach, out):
-    """Write the rotation with columns closing, approach x closing, approach (unit, perpendicular); closing turned to
-    +y.
+    """Write the rotation with columns closing, approach x closing, approach (unit); closing turned to +y.
 
     Half a turn about its approach does not change a parallel gripper's grasp: one of the two is chosen.
     """
@@ -106,8 +105,8 @@ def _fit_jaws(local, index, count, seen, center_x, hand):
     """Return the extent along the closing axis of the points that closing fingers meet.
 
     Points are given in the grasp frame and lie behind the fingertips. Only those within half an opening of `center_x`
-    and
-    within the fingers' width count. Returns (low, high) (low > high: no points), and the seen points between the pads.
+    and within the fingers' width count. Returns (low, high) (low > high: no points), and the seen points between the
+    pads.
     """
     low, high, between = 1e9, -1e9, 0
     half = 0.5 * hand.max_width_m

@@ -144,8 +144,9 @@ def _reach_into(strip, y, R, rules, out, n):
 
 @njit(cache=True)
 def _within(strip, z, x_low, x_high, pad_z):
-    """Return the extent along x of the points behind the fingertips in a range of x; seen ones between the pads; felt
-    ones.
+    """Measure the points behind the fingertips in a range of x.
+
+    Returns their least and largest x, how many seen ones are between the pads, and how many were felt.
     """
     low, high, count, felt = 1e9, -1e9, 0, 0
     for i in range(len(strip)):

@@ -17,8 +17,8 @@ _MIN_CELL_PX = 4
 def baked(sources: Sequence[Surface], net: Surface, texture_px: int) -> VisualMesh:
     """Return a net's triangles with their own texture, showing the colours of `sources` where these are nearest.
 
-    Every triangle has a cell of the texture. Cells of neighbours are neighbours, as far as a plane allows, so that
-    a reduced texture mixes similar colours.
+    Every triangle has a cell of the texture. Cells of neighbours are neighbours, as far as a plane allows, so that a
+    reduced texture mixes similar colours.
     """
     plain = shaded(net)
     assert plain.normals is not None

@@ -75,8 +75,7 @@ def reduced_hull(points: Points, max_corners: int) -> Float[np.ndarray, "m 3"]:
     """Return at most max_corners corners of the convex hull; the bounding box is kept.
 
     First those that stick out farthest in directions all around, then repeatedly the few that stick out farthest from
-    the
-    hull so far.
+    the hull so far.
     """
     corners = points[ConvexHull(points).vertices]
     if len(corners) <= max_corners:
@@ -104,7 +103,7 @@ def solid_enough(points: Points) -> bool:
         hull = ConvexHull(points)
     except (QhullError, ValueError):
         return False
-    # Thinnest across one of its own faces.
+    # The thinnest direction is across one of its faces.
     reach = points @ hull.equations[:, :3].T
     return bool(hull.volume > _MIN_VOLUME_M3 and np.ptp(reach, axis=0).min() > _MIN_THICKNESS_M)
 

@@ -57,8 +57,7 @@ def make_object(request: Mapping[str, Any], directory: Path) -> list[str]:
 
     Returns notes on what was done to the mesh. request["undecomposed"] is a reason to use the convex hull instead of
     decomposing, or None. Raises InputError for a file that is not readable, without triangles, of an absurd size or
-    mass,
-    or flat.
+    mass, or flat.
     """
     path, given = Path(request["path"]), dict(request["options"])
     options = MeshOptions(**{**given, "root": None if given["root"] is None else Path(given["root"])})

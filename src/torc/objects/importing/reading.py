@@ -38,8 +38,7 @@ def read_surfaces(
 
     Materials and textures, at most `texture_px` long, are read from `root` and below; None: no colours at all. Raises
     InputError for a file without triangles, misread by trimesh, or that names files which it may not read. For other
-    files
-    trimesh may raise anything.
+    files trimesh may raise anything.
     """
     neighbours = Neighbours(path, root or path.parent)
     try:
@@ -109,7 +108,7 @@ def _load(path: Path, neighbours: Neighbours, textures: bool) -> trimesh.Scene:
 
 def _placed(surface: Surface, T: Float[np.ndarray, "3 4"]) -> Surface:
     """Move the surface by an affine transform; if that mirrors it, flip its triangles."""
-    with np.errstate(invalid="ignore", over="ignore"):  # what is not finite is left out later
+    with np.errstate(invalid="ignore", over="ignore"):  # vertices that are not finite are left out
         vertices = surface.vertices @ T[:, :3].T + T[:, 3]
     return replace(
         surface, vertices=vertices, faces=surface.faces[:, :: -1 if np.linalg.det(T[:, :3]) < 0 else 1]

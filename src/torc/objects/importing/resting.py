@@ -12,7 +12,7 @@ from torc.geometry.transforms import rotation_about
 _STEADY_RAD = np.deg2rad(4.0)
 """A pose is a rest if the object must be tilted this far before it falls over."""
 _UPRIGHT_RAD = np.deg2rad(0.2)
-"""It stands already if it leans less than this: convex pieces are no more exact."""
+"""It stands already if it leans less than this: convex pieces are not more exact."""
 _UNEVEN = 0.01
 """Corners within this share of the size above a face still bear: pieces of one underside are not quite flush."""
 _SAME_FACE_COS = np.cos(np.deg2rad(0.5))

@@ -50,7 +50,7 @@ def kept_names(files: Mapping[Path, str], scale: float, library: Path | None = N
                 made[source.sha256].append(file.parent.name)
     kept: dict[Path, str] = {}
     for path, name in files.items() if made else ():
-        with suppress(OSError):  # importing it says what is wrong
+        with suppress(OSError):  # importing it reports the fault
             if names := made.get(file_fingerprint(path)):
                 kept[path] = names.pop(names.index(name) if name in names else 0)
     return kept
@@ -73,8 +73,7 @@ def add_object(
     """Store an imported object with a note, e.g. its licence, by default in the first directory of the store.
 
     Returns what was stored: its description gets a number if another object has that description. Raises InputError if
-    the
-    name is taken (and not overwrite), or the directory cannot be written.
+    the name is taken (and not overwrite), or the directory cannot be written.
     """
     directory = check_name(imported.model.name, library, overwrite)
     model = replace(

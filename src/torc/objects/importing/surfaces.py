@@ -77,9 +77,7 @@ def with_area(surface: Surface) -> Surface:
 
 
 def welded(vertices: Float[np.ndarray, "n 3"], faces: Int[np.ndarray, "m 3"]) -> trimesh.Trimesh:
-    """Weld corners that coincide; keep every triangle once, none with a corner twice. Flat ones stay: they close the
-    net.
-    """
+    """Weld coinciding corners; keep every triangle once, none with a corner twice. Flat ones stay: they close it."""
     first, place = trimesh.grouping.unique_rows(vertices, digits=_WELD_DIGITS)
     net = trimesh.Trimesh(vertices[first], place[faces], process=False)
     net.update_faces(net.unique_faces() & (np.diff(np.sort(net.faces, axis=1), axis=1) > 0).all(axis=1))

@@ -65,8 +65,7 @@ class Patch:
     Attributes:
         rgb, depth_m: as in the view; 0 for no reading.
         points: in the heading's frame (right, ahead, height above the support), metres; filled in from around where
-            there
-            is no reading.
+            there is no reading.
     """
 
     window: Window

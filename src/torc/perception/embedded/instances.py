@@ -1,9 +1,9 @@
 """Turn the network's output on pixels and pairs of pixels into one mask per object.
 
-Pixels of an object fall into small basins, each around a place that is deep inside something. Basins are joined in
-the order of the mean probability that pairs of pixels across them, at all distances, show one object, while that is
-more likely than not (average linkage, as in Bailoni et al. 2022, GASP). So an object cut in two by something in front
-can be joined across the gap, and one weak spot in a boundary joins nothing.
+Pixels of an object fall into small basins, each around a place that is deep inside something. Basins are joined in the
+order of the mean probability that pairs of pixels across them, at all distances, show one object, while that is more
+likely than not (average linkage, as in Bailoni et al. 2022, GASP). So an object cut in two by something in front can be
+joined across the gap, and one weak spot in a boundary joins nothing.
 """
 
 from dataclasses import dataclass
@@ -56,8 +56,7 @@ class Instances:
     Attributes:
         label: number of the mask per pixel, from 0 on, largest first; -1 for none.
         sureness: per mask, how surely it is one object: the mean probability of pairs within it to show one object,
-            times
-            that of pairs across its rim not to.
+            times that of pairs across its rim not to.
     """
 
     label: Int16[np.ndarray, "h w"]
@@ -69,9 +68,7 @@ def find_instances(
     same_p: Float32[np.ndarray, "k h w"],
     config: InstanceConfig | None = None,
 ) -> Instances:
-    """Return masks, given the probability that a pixel shows an object, and that it shows the object of its
-    partners.
-    """
+    """Return masks from the probabilities that a pixel shows an object, and that its partners show that object."""
     config = InstanceConfig() if config is None else config
     mask = object_p > config.object_p
     basins, count = _basins(mask, same_p)

@@ -17,8 +17,9 @@ MULTIPLE_PX = 32
 
 
 def segment_patch(inputs: Float32[np.ndarray, "c h w"], threads: int = 1) -> Float32[np.ndarray, "o h w"]:
-    """Return probabilities per pixel: of showing an object, then one per offset (`instances.OFFSETS`), of its partner
-    too.
+    """Return probabilities per pixel: that it shows an object, then per offset that its partner shows that object.
+
+    The offsets are `instances.OFFSETS`.
 
     Sides are multiples of MULTIPLE_PX. Raises MissingDependencyError without onnxruntime.
     """
@@ -41,7 +42,7 @@ def onnx_session(path: Path, threads: int) -> Any:
         ) from error
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads, options.inter_op_num_threads = threads, 1
-    # Threads that spin while they wait would take the processor from everyone else.
+    # Spinning threads would take the processor from everyone else.
     options.add_session_config_entry("session.intra_op.allow_spinning", "0")
     options.log_severity_level = 3
     return onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])

@@ -29,9 +29,7 @@ class EmbeddedConfig(FromMasksConfig):
 
 
 class EmbeddedPerception(FromMasks):
-    """Finds the objects on the workspace's support, keeps their ids, and recognises the target by reference
-    pictures.
-    """
+    """Finds objects on the workspace's support, keeps their ids, and recognises the target by reference pictures."""
 
     needs_pictures = True
     """A simulated trial takes reference pictures of the target for it."""
@@ -41,7 +39,7 @@ class EmbeddedPerception(FromMasks):
         super().__init__(EmbeddedConfig() if config is None else config, workspace)
 
     def find(self, observation: Observation, wanted: Wanted) -> Masks:
-        """Return the masks, whatever is wanted."""
+        """Return the masks; `wanted` is ignored."""
         return Masks(*self.masks(observation))
 
     def masks(self, observation: Observation) -> tuple[Int16[np.ndarray, "h w"], Float32[np.ndarray, "n"]]:
@@ -101,9 +99,7 @@ def both_ways(
 def unmirrored(
     said: Float32[np.ndarray, "o h w"], otherwise: Float32[np.ndarray, "o h w"]
 ) -> Float32[np.ndarray, "o h w"]:
-    """Return the output for a mirror image in the picture's pixels; `otherwise` where a partner lies outside the mirror
-    image.
-    """
+    """Return the output for a mirror image in the picture's pixels; `otherwise` if a partner lies outside the image."""
     turned = said[..., ::-1]
     out = otherwise.copy()
     out[0] = turned[0]

@@ -23,7 +23,7 @@ _SAME_M = 0.02
 _FACTORS = (4.0, 5.0, 10.0, 1000.0)
 _FACTOR_TOLERANCE = 0.17
 _LEAST_LEVEL, _LARGER = 0.02, 3.0
-"""Share of the level pixels that a surface at the given height has; one above it is at most `_LARGER` times larger."""
+"""Least share of the level pixels at the given height; a surface above it is at most `_LARGER` times larger."""
 _BIN_DEPTH_M = 0.5
 _USUAL_DISTANCE_M = (0.2, 2.5)
 """From a support to the camera above it."""
@@ -78,9 +78,7 @@ def direction_of(where: str, key: str, pose: Pose, observation: Observation) -> 
 
 
 def doubts(observation: Observation, support_z_m: float | None) -> tuple[str, ...]:
-    """Return messages where the picture contradicts its kind of depth, or the given pose, support height or depth
-    unit.
-    """
+    """Return messages where the picture contradicts its kind of depth, or the given pose, support or depth unit."""
     if text := along_rays_doubt(observation.depth_m, observation.K):
         return (text,)
     if observation.pose_estimated:

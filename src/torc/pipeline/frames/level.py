@@ -92,9 +92,7 @@ def _sampled(
 def _best_plane(
     points: Float[np.ndarray, "n 3"], weights: Float[np.ndarray, "n"]
 ) -> tuple[Float[np.ndarray, "4"], Bool[np.ndarray, "n"]]:
-    """Return the best plane, its unit normal towards the camera and the camera's distance, and which points lie
-    on it.
-    """
+    """Return the best plane (unit normal towards the camera, the camera's distance) and which points lie on it."""
     rng = np.random.default_rng(0)
     best, plane, inside = -1.0, np.zeros(4), np.zeros(len(points), bool)
     near = np.maximum(_NEAR_M, _NEAR_SHARE * points[:, 2])

@@ -139,8 +139,8 @@ def grid_around(
 ) -> VoxelGrid:
     """Return a grid over the objects' points: its floor on the support, with room around for what they hide.
 
-    Outliers (the outermost half per cent along each axis) do not count. Raises InputError if the objects are spread
-    too widely for a grid of that resolution.
+    Outliers (the outermost half per cent along each axis) do not count. Raises InputError if the objects are spread too
+    widely for a grid of that resolution.
     """
     low, high = np.percentile(points, 0.5, axis=0), np.percentile(points, 99.5, axis=0)
     low = np.array([low[0] - margin_m, low[1] - margin_m, support_z_m])

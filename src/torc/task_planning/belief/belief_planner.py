@@ -26,9 +26,7 @@ class BeliefPlanner(TaskPlannerTraits):
         self._fallback = DgSelectPlanner(self.config.fallback)
 
     def decide(self, context: PlanningContext, rng: np.random.Generator) -> Decision:
-        """Return the next object to pick, or None if nothing visible has a valid grasp; give up as `GiveUpConfig`
-        says.
-        """
+        """Return the next object to pick, or None if no visible one is graspable; give up as `GiveUpConfig` says."""
         if not context.graspable_ids:
             return self._by_graph(context, rng, "nothing has a valid grasp")
         ways = ways_of(context, find_relations(context.scene, self.config.fallback.relations))

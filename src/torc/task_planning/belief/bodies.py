@@ -35,8 +35,7 @@ def grid_frame(grid: VoxelGrid) -> Float[np.ndarray, "4"]:
 
 
 def bodies_of(scene: SegmentedScene, volume: OcclusionVolume) -> Bodies:
-    """Return the boxes that the objects in sight are assumed to fill, as the grasp planner assumes them
-    (`assumed_body`).
+    """Return the boxes that the objects in sight are assumed to fill, by the grasp planner's `assumed_body`.
 
     A box whose lower end is out of sight extends down through unseen space to the support or the next body, since most
     things stand on something.

@@ -70,7 +70,7 @@ def _enters(
 
 @njit(cache=True)
 def extended_down(boxes: Boxes, seen: Bool[np.ndarray, "nx ny nz"], frame: Float[np.ndarray, "4"]) -> Boxes:
-    """Extend each box downwards while the voxels below its centre were never seen and hold no other original box."""
+    """Extend each box downwards through unseen voxels below its centre until it meets another original box."""
     nx, ny, _ = seen.shape
     out = boxes.copy()
     for n in range(boxes.shape[0]):
@@ -104,9 +104,7 @@ def fit_shares(
     seen: Bool[np.ndarray, "nx ny nz"],
     frame: Float[np.ndarray, "4"],
 ) -> Float[np.ndarray, "n 2"]:
-    """Return, per pose, the share of its points in voxels that were never seen, and the share inside the scaled
-    bodies.
-    """
+    """Return, per pose, the share of its points in unseen voxels, and the share inside the scaled bodies."""
     nx, ny, nz = seen.shape
     out = np.zeros((poses.shape[0], 2))
     for n in range(poses.shape[0]):
@@ -158,12 +156,12 @@ def hider_masks(
     hidden_by: UInt64[np.ndarray, "nx ny nz"],
     frame: Float[np.ndarray, "4"],
 ) -> tuple[UInt64[np.ndarray, "n 27"], Bool[np.ndarray, "n 27"]]:
-    """Return, per point of each pose, the bits of all that hides it, and whether it was never seen; seen points have no
-    bits.
+    """Return, per point of each pose, the bits of all that hides it, and whether it was never seen.
+
+    Points that were seen have no bits.
 
     A point is hidden by what hides its voxel in the picture, and by each scaled body between the eye and it.
-    `eye_scale`
-    is the camera's position and that scale; scale 0 leaves the bodies out.
+    `eye_scale` is the camera's position and that scale; scale 0 leaves the bodies out.
     """
     nx, ny, nz = seen.shape
     masks = np.zeros((poses.shape[0], POINTS), np.uint64)

@@ -33,9 +33,7 @@ def may_have_been_seen(context: PlanningContext) -> bool:
 def candidates_of(
     belief: Belief, suspects: dict[int, float], ways: dict[int, Ways], config: SearchConfig
 ) -> tuple[int, ...]:
-    """Return the objects with most of the belief behind them or that may be the target, and what stands in
-    their way.
-    """
+    """Return objects with most of the belief behind them, or that may be the target, and what blocks them."""
     behind = belief.mass_behind()
     worth = {k: float(behind[k]) + suspects.get(k, 0.0) for k in ways}
     ranked = sorted((k for k in ways if worth[k] >= config.least_share), key=lambda k: (-worth[k], k))

@@ -27,8 +27,7 @@ class Ways:
     Attributes:
         now: probability of the best grasp that is valid now; 0 if there is none.
         blockers: the different sets of objects that block its grasps, as bits; 0 for valid grasps. Grasps that are
-            invalid
-            for other reasons are left out: those held back as UNLIKELY stay so after the next removal.
+            invalid for other reasons are left out: those held back as UNLIKELY stay so after the next removal.
         best: the best probability among the grasps that each set blocks.
         counts: how many grasps each set blocks.
         on_it: bits of the objects that lie on it.
@@ -54,9 +53,7 @@ class Ways:
     def after(
         self, gone: UInt64[np.ndarray, "s"], opening: OpeningConfig
     ) -> tuple[Float[np.ndarray, "s"], Float[np.ndarray, "s"]]:
-        """Return, once `gone` is gone, the probability of a valid grasp and that of the best one holding; 0 if none is
-        known.
-        """
+        """Return the probability of a valid grasp once `gone` is gone, and of the best one holding; 0 if unknown."""
         blocked = self.blockers != 0
         left = np.bitwise_count(self.blockers[blocked][None] & ~gone[:, None])
         nearly = opening.nearly ** left.astype(float) @ self.counts[blocked]
@@ -70,8 +67,7 @@ class Ways:
 def opened_grasps(
     nearly: Float[np.ndarray, "*s"], best: Float[np.ndarray, "*s"], config: OpeningConfig
 ) -> tuple[Float[np.ndarray, "*s"], Float[np.ndarray, "*s"]]:
-    """Return the probability that blocked grasps leave a valid one, and that it then holds; 0 where there are no
-    grasps.
+    """Return the probability that blocked grasps leave a valid one, and that it then holds; 0 without grasps.
 
     `nearly` is s of `OpeningConfig`; `best` is the probability of the best grasp that nothing blocks any more.
     """
@@ -127,8 +123,7 @@ def removal_costs(
 def clearing_costs(
     ways: Mapping[int, Ways], wanted: Sequence[int], gone: UInt64[np.ndarray, "s"], config: PriceConfig
 ) -> Float[np.ndarray, "s n"]:
-    """Estimate the picks to remove each wanted object, and what blocks it, after each set is gone (bit k for object id
-    k).
+    """Estimate the picks to remove each wanted object, and what blocks it, after each set (bit k for id k) is gone.
 
     It takes the cheapest grasp; each blocker costs as much as its own best grasp. A guess for what is not planned.
     """
@@ -150,9 +145,7 @@ def clearing_costs(
 def target_costs(
     way: Ways, candidates: Sequence[int], masks: UInt32[np.ndarray, "s"], picks_left: int, config: PriceConfig
 ) -> Float[np.ndarray, "s"]:
-    """Return the picks to take a target in sight after each set of candidates is gone; infinite if it then has no
-    grasp.
-    """
+    """Return the picks to take a target in sight after each set of candidates is gone; infinite without a grasp."""
     gone = as_bits(masks, candidates)
     there, after = way.after(gone, config.opening)
     p = np.where(masks == 0, way.now, after)

@@ -114,9 +114,7 @@ def _front_shares(
 
 
 def _above(poses: Boxes, bodies: Bodies) -> UInt64[np.ndarray, "n"]:
-    """Return the bodies above each pose that overlap it seen from above, judged by the circles within their
-    outlines.
-    """
+    """Return the bodies that overlap each pose seen from above, and lie higher, by circles in their outlines."""
     out = np.zeros(len(poses), np.uint64)
     radius = poses[:, 3:5].min(axis=1)
     for box, bit in zip(bodies.boxes, bodies.bits):

@@ -38,8 +38,8 @@ class Particles:
         weights: sum to 1, unless there is no particle.
         rests_on: bit of the object in sight that each lies on, 0 for none.
         room: share of the space over the support in which a target of the given size may be: the share of its columns
-            of
-            voxels that are hidden somewhere, times how well proposals fit there on average. None if no size was given.
+            of voxels that are hidden somewhere, times how well proposals fit there on average. None if no size was
+            given.
     """
 
     poses: Boxes
@@ -143,8 +143,7 @@ def _draw(
     """Draw poses of boxes with any of these edges, those on the support first.
 
     A pose on the support stands in any such column with equal probability; the others have their lower side in any
-    hidden
-    voxel.
+    hidden voxel.
     """
     columns = np.unique(voxels[:, :2], axis=0)
     lying = count - standing

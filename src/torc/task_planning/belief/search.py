@@ -4,9 +4,9 @@ What a set of removals reveals does not depend on their order, so a state is the
 
     V(S) = min over k of  c(k, S) W(S) + sum over i of w_i togo_i(S + k) + V(S + k)
 
-c(k, S) is the cost of removing k then, W(S) the weight of the places that S does not reveal; i are the places that
-S + k reveals and S does not, w_i their weights, togo_i the picks to fetch the target from there. After `depth`
-removals, a place that is still hidden costs an estimate of clearing it, times a detour.
+c(k, S) is the cost of removing k then, W(S) the weight of the places that S does not reveal; i are the places that S +
+k reveals and S does not, w_i their weights, togo_i the picks to fetch the target from there. After `depth` removals, a
+place that is still hidden costs an estimate of clearing it, times a detour.
 """
 
 from collections.abc import Sequence
@@ -135,8 +135,9 @@ def places_of(
 
 
 def compress(masks: np.ndarray, candidates: Sequence[int], others: bool = False) -> np.ndarray:
-    """Convert 64-bit masks of object ids to 32-bit masks of candidates; with `others`, all bits where another id is
-    set.
+    """Convert 64-bit masks of object ids to 32-bit masks of candidates.
+
+    With `others`, all bits are set where another id is.
     """
     out = np.zeros(masks.shape, np.uint32)
     rest = masks.copy()
@@ -176,9 +177,7 @@ def order_removals(steps: Float[np.ndarray, "s n"], stop: Float[np.ndarray, "s"]
 
 @dataclass(frozen=True)
 class SearchPrices:
-    """Prices of a search for a hidden target, in picks: `base` to take a graspable target, the others as in
-    `PriceConfig`.
-    """
+    """Prices of a search, in picks: `base` to take a graspable target, the others as in `PriceConfig`."""
 
     base: float
     still_blocking: float

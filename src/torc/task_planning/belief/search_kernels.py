@@ -111,12 +111,11 @@ def step_prices(
     following: Int64[np.ndarray, "s n"],
     fallen: float,
 ) -> Float[np.ndarray, "s n"]:
-    """Return the price of each removal after each set is gone, weighted by the probability that the target is still
-    hidden.
+    """Return the price of each removal after each set is gone, weighted by the belief that is still hidden.
 
     It sums the removal's cost, the price `fallen` for the places that rest on the object, and the picks to take the
-    target
-    from the places that it reveals. `following` is the number of the set with the object, -1 if the search stops there.
+    target from the places that it reveals. `following` is the number of the set with the object, -1 if the search stops
+    there.
     """
     n_sets, n = costs.shape
     out = np.full((n_sets, n), np.inf)

@@ -73,8 +73,7 @@ class HidingConfig:
 
     Attributes:
         plain_share: share of the belief that is spread over all hidden space, whatever fits there, so that no true pose
-            is
-            ruled out; 0 for none, 1 for nothing else.
+            is ruled out; 0 for none, 1 for nothing else.
         plain_points: points that stand for that share.
         all_layers: also count each body in sight that the camera's ray meets on its way to the particle, not only the
             object in the picture.
@@ -104,11 +103,9 @@ class OpeningConfig:
     """The chance of grasping a blocked object once others are gone.
 
     Fitted to 8,942 blocked objects of 96 generated scenes, each before and after a removal (docs/task_planners.md). s
-    is
-    the number of its grasps, each counted as `nearly` to the power of its remaining blockers (the scene then looks
+    is the number of its grasps, each counted as `nearly` to the power of its remaining blockers (the scene then looks
     different, and other grasps are found). q is the probability of the best grasp that nothing blocks any more, 0 if
-    there
-    is none.
+    there is none.
 
     Attributes:
         there: it has a valid grasp with a probability whose logit is a + b ln(s + .05) + c q.
@@ -135,11 +132,9 @@ class PriceConfig:
         fallen: removing an object on which the hidden target lies; 0 to leave that out.
         lost_share: share of the failed tries with the target that lose it, and with it all picks that are left.
         still_blocking: probability that an object which hides much of a particle still blocks the target's grasps once
-            it
-            is in sight.
+            it is in sight.
         missing: price of each further removal needed when a plan counts on a grasp that is blocked now and turns out to
-            be
-            missing.
+            be missing.
         opening: the probability that it is there.
         detour: factor on the direct cost of what is still hidden where the search ends: other places come first.
         worth_waiting: a graspable target waits only if clearing something first saves more than this.

@@ -39,8 +39,7 @@ def free_target(context: PlanningContext, ways: dict[int, Ways], config: BeliefC
     """Find the cheapest way to the target, over all sets of removals up to the search's depth.
 
     The search is the one for a hidden target with a single place, in sight: a set of removals frees it or not, so a
-    grasp
-    that two objects block needs both gone.
+    grasp that two objects block needs both gone.
     """
     candidates = with_obstacles([TARGET_ID], ways, config.search.candidates + 1)[1:]
     sets = sets_up_to(len(candidates), min(config.search.depth, max(context.picks_left - 1, 0)))

@@ -67,8 +67,7 @@ def search_evidence(search: Search, observation: Observation) -> BeliefEvidence:
 
 
 def belief_tiles(belief: Belief, observation: Observation) -> tuple[int, tuple[tuple[int, int, float], ...]]:
-    """Return where in the image the target's places lie: a tile's edge in pixels, and each tile's (row, column,
-    probability).
+    """Return where in the image the target may be: a tile's edge in pixels, and each tile's (row, column, probability).
 
     Places that project outside the image are left out.
     """

@@ -37,9 +37,7 @@ class LearnedPlanner(TaskPlannerTraits):
         self.model = load_picker(Path(self.config.model) if self.config.model else MODEL_PATH)
 
     def decide(self, context: PlanningContext, rng: np.random.Generator) -> Decision:
-        """Return the object that most probably no other is better than, or None if nothing visible has a valid
-        grasp.
-        """
+        """Return the object that most probably no other is better than, or None if no visible one is graspable."""
         ids, features = features_of(context, rng)
         if not ids:
             return Decision(None, "No visible object has a valid grasp.")
