@@ -31,10 +31,10 @@ class Game:
     def look(self, state):
         free = 1 in state.gone or {2, 3} <= state.gone
         left = tuple(k for k in (1, 2, 3) if k not in state.gone)
-        return SimpleNamespace(context=SimpleNamespace(graspable=(TARGET_ID, *left) if free else left))
+        return SimpleNamespace(context=SimpleNamespace(graspable_ids=(TARGET_ID, *left) if free else left))
 
     def pick(self, state, look, chosen):
-        assert chosen in look.context.graspable
+        assert chosen in look.context.graspable_ids
         held = not (chosen == 1 and self.slips(self.seed))
         gone = state.gone | ({chosen} if held else set())
         done = chosen == TARGET_ID
@@ -51,8 +51,7 @@ def _state(gone=frozenset(), outcomes=(), end=None):
 @pytest.fixture(autouse=True)
 def no_pipeline(monkeypatch):
     """What a look shows is what the game says, and DG-SELECT takes the first object."""
-    first = SimpleNamespace(decide=lambda context, rng: Decision(context.graspable[0], ""))
-    monkeypatch.setattr(informed, "graspable_ids", lambda context: context.graspable)
+    first = SimpleNamespace(decide=lambda context, rng: Decision(context.graspable_ids[0], ""))
     monkeypatch.setattr(informed, "DgSelectPlanner", lambda: first)
     monkeypatch.setattr(informed, "_order_in", lambda sandbox, *rest: (SHORT, LONG)[sandbox.seed % 2])
 
@@ -62,7 +61,7 @@ def _decide(slips, seed=7, history=()):
     game = Game(seed, slips)
     config = SimpleNamespace(max_picks=9, seed=seed)
     planner.attach(SimpleNamespace(sandbox=game, config=config, say=print, now=_state))
-    context = SimpleNamespace(graspable=(1, 2, 3), history=history, called=str)
+    context = SimpleNamespace(graspable_ids=(1, 2, 3), history=history, called=str)
     return planner, planner.decide(context, np.random.default_rng(0))
 
 
@@ -94,7 +93,7 @@ def test_the_trials_own_luck_changes_nothing():
 def test_an_order_is_followed_as_long_as_it_goes_well():
     planner, first = _decide(lambda seed: seed % 5 > 0)
     removed = PickOutcome(PickResult.REMOVED, first.object_id, first.object_id, True, True)
-    context = SimpleNamespace(graspable=(1, 3), history=(removed,), called=str)
+    context = SimpleNamespace(graspable_ids=(1, 3), history=(removed,), called=str)
     assert "next in the order" in planner.decide(context, np.random.default_rng(0)).reason
 
 
