@@ -102,9 +102,9 @@ def _parameter(p: inspect.Parameter) -> str:
         return f"**{p.name}"
     if p.default is p.empty:
         return p.name
-    plain = isinstance(p.default, str | int | float | None)
-    shown = f'"{p.default}"' if isinstance(p.default, str) else repr(p.default)
-    return f"{p.name}={shown}" if plain else f"{p.name}=..."
+    if isinstance(p.default, str):
+        return f'{p.name}="{p.default}"'
+    return f"{p.name}={p.default!r}" if isinstance(p.default, int | float | None) else f"{p.name}=..."
 
 
 def field_docs(cls: type) -> dict[str, str]:
