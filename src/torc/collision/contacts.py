@@ -113,10 +113,16 @@ def collides(
     ignore_id: int = -1,
     attached: Float[np.ndarray, "a 4"] | None = None,
 ) -> Bool[np.ndarray, "n"]:
-    """Check whether each configuration touches anything; ignore_id as own_id of `blockers`.
+    """Check whether each configuration touches anything.
 
-    attached: spheres (x, y, z, radius) in the tool0 frame that move with the gripper, e.g. a held object. Like the
-    gripper, they ignore the voxels of ignore_id. They must not touch the robot itself either.
+    Args:
+        world: the obstacles.
+        robot: description, or its arrays from `robot_arrays` for frequent calls.
+        qpos: radians.
+        width_m: opening of the gripper.
+        ignore_id: as own_id of `blockers`.
+        attached: spheres (x, y, z, radius) in the tool0 frame that move with the gripper, e.g. a held object. Like the
+            gripper, they ignore the voxels of ignore_id. They must not touch the robot itself either.
     """
     arrays = with_attached(_arrays(robot), attached)
     q, width, own = _batch(arrays, qpos, width_m, ignore_id)
@@ -156,9 +162,13 @@ def carved(
 ) -> CollisionWorld:
     """Return the world without the voxels that the robot touches at one configuration.
 
-    For places where the robot is known to be, or allowed to be. The robot is grown by its paddings and a margin,
-    attached spheres by half of it: they are already larger than what they stand for. only_id: remove only this object's
-    voxels.
+    For places where the robot is known to be, or allowed to be.
+
+    Args:
+        world, robot, qpos, width_m, attached: as in `collides`.
+        margin_m: the robot is grown by its paddings and this margin, attached spheres by half of it: they are already
+            larger than what they stand for.
+        only_id: remove only this object's voxels; negative for all.
     """
     arrays = with_attached(_arrays(robot), attached)
     q, _, only = _batch(arrays, np.asarray(qpos)[None], width_m, only_id)

@@ -172,10 +172,16 @@ def recorded_trial(
     play: Callable[[], dict[str, Any]],
     refused: type[TorcError] = InputError,
 ) -> Trial:
-    """Play, and write the outcome: the facts that `play` returns, and those `about` the trial.
+    """Play a trial, and write its outcome.
 
     Any failure makes the trial "errored" with its cause, and keeps what was computed before; Ctrl-C makes it
-    "interrupted". An error of the class `refused`, before anything was recorded, leaves nothing, and is raised.
+    "interrupted".
+
+    Args:
+        recorder: keeps the log.
+        about: facts for the result.
+        play: plays, and returns further facts.
+        refused: an error of this class, before anything was recorded, leaves nothing, and is raised.
     """
     try:
         facts = play()

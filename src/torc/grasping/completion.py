@@ -59,7 +59,17 @@ def complete(
     support_z_m: float,
     config: CloudConfig,
 ) -> Completion:
-    """Guess the hidden back of one object from its seen points; it extends to the felt ones (world frame)."""
+    """Guess the hidden back of one object.
+
+    Args:
+        points, normals: seen points, world frame.
+        felt: points that a finger touched, world frame; the back extends to them.
+        camera_position: world frame.
+        object_id: the object.
+        volume: contradicts guesses in space that was seen.
+        support_z_m: height of the support.
+        config: assumed depths.
+    """
     body = assumed_body(points, felt, camera_position, support_z_m, config)
     center = body.center
     turned, outward = turned_half(points, center), turned_half(normals, np.zeros(3))

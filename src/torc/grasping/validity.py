@@ -41,7 +41,11 @@ def evaluate_grasps(
     solutions, it is one that touches nothing fixed and the fewest other objects; else the one with the fewest of them.
     An arm link on the object to be grasped counts as fixed: no other pick would change it.
 
-    Raises InputError if a grasp is for an object that is not in the scene.
+    Returns:
+        The status of each grasp, and which objects block the others.
+
+    Raises:
+        InputError: a grasp is for an object that is not in the scene.
     """
     config = ValidityConfig() if config is None else config
     _check_ids(grasps, scene)

@@ -76,7 +76,16 @@ def free_space(
     max_speed: Float[np.ndarray, "dof"],
     attached: Float[np.ndarray, "a 4"] | None = None,
 ) -> FreeSpace:
-    """Return the free space of a robot with an opening and attached spheres (tool0 frame) in a world."""
+    """Build the free space of a robot in a world.
+
+    Args:
+        robot: its arrays.
+        world: obstacles.
+        width_m: opening of the gripper.
+        limits: lower and upper joint limits, radians.
+        max_speed: of the joints, radians per second.
+        attached: spheres (x, y, z, radius) that move with the gripper, tool0 frame.
+    """
     robot, width_m = with_attached(robot, attached), float(width_m)
     reach, step_m = joint_reach(robot, width_m), world.config.edge_step_m
     lower, upper = limits

@@ -75,9 +75,19 @@ def ask_recognition(
     scene: SegmentedScene,
     object_id: int,
 ) -> float | None:
-    """Return the probability that a perception gives an object in the hand of being the target.
+    """Return the probability that the object in the hand is the target, as a perception gives it; None if it cannot
+    say.
 
-    Raises PartError as `ask_perception`, and if the result is not a probability.
+    Args:
+        perception: one with a method `recognise`.
+        observation: snapshot after the lift.
+        mask: pixels of the held object.
+        wanted: the target.
+        scene: the latest scene.
+        object_id: the held object's id in it.
+
+    Raises:
+        PartError: as in `ask_perception`, or the result is not a probability.
     """
     what = f"Perception {type(perception).__name__}"
     recognise: Any = perception.recognise  # type: ignore[attr-defined]

@@ -121,8 +121,10 @@ def segment(
     """Return the scene that a label image makes of a snapshot.
 
     Objects with too few pixels are not reported; their points join the background, so that they remain obstacles. The
-    scene's observation has no depth where a mask holds readings of what lies behind it (`piece_px`). Raises InputError
-    for labels that fit neither image nor ids.
+    scene's observation has no depth where a mask holds readings of what lies behind it (`piece_px`).
+
+    Raises:
+        InputError: the labels fit neither image nor ids.
     """
     counts = _pixel_counts(observation, label_image)
     config = config.at(label_image.shape)

@@ -84,8 +84,15 @@ def target_probabilities(
 ) -> Float[np.ndarray, "n"]:
     """Return the probability of each object to be the one on the reference pictures; at most one of them is.
 
-    A softmax over all of them, none, and what was delivered before. `stretched`: see `torc.perception.extent.stretch`;
-    `brought_odds`: see `torc.records.SegmentedScene`.
+    A softmax over all of them, none, and what was delivered before.
+
+    Args:
+        looks: unit vectors of the objects.
+        pixels: sizes of their masks.
+        references: unit vectors of the reference pictures.
+        config: weights.
+        stretched: see `torc.perception.extent.stretch`; None if the target's size is unknown.
+        brought_odds: see `torc.records.SegmentedScene`.
     """
     if len(looks) == 0:
         return np.zeros(0)

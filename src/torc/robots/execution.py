@@ -148,9 +148,13 @@ def execute_pick(
 def reverse(
     trajectory: Trajectory, qpos: Float[np.ndarray, "dof"], slowdown: float = 1.5, ramp_s: float = 0.2
 ) -> Trajectory | None:
-    """Return the motion back to the start of a trajectory from rest at `qpos`, near where the arm stopped.
+    """Return the motion back to the start of a trajectory; None if the arm is there already.
 
-    None if it is at the start already. Its speed rises over ramp_s to 1 / slowdown of the original.
+    Args:
+        trajectory: the motion so far.
+        qpos: where the arm rests, near the point where it stopped.
+        slowdown: the motion back is slower by this factor.
+        ramp_s: time over which its speed rises.
     """
     nearest = int(np.argmin(np.linalg.norm(trajectory.qpos - qpos, axis=1)))
     if nearest == 0:

@@ -142,8 +142,16 @@ def solve_ik(
 ) -> IkSolutions:
     """Return all solutions found for each pose of the flange, within the joint limits, including angles 2 pi apart.
 
-    They are ordered by distance from the rest configuration with a penalty near joint limits. Raises InputError if a
-    pose is not a rigid transform.
+    Args:
+        arm: the arm.
+        Ts_world_tool0: poses of the flange, world frame.
+        config: sampling and ranking.
+
+    Returns:
+        The solutions, by distance from the rest configuration with a penalty near joint limits.
+
+    Raises:
+        InputError: a pose is not a rigid transform.
     """
     config = config or IkConfig()
     Ts = kernel_array(Ts_world_tool0)

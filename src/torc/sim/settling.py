@@ -123,8 +123,13 @@ def dump(
 ) -> tuple[Problem, SettleReport]:
     """Make an unstructured pile of the problem's objects, whatever their poses were.
 
-    They are let go in a random order and orientation between temporary walls, which are then removed. Returns the
-    problem with settled poses, and the report of settling without walls. Raises PhysicsError.
+    They are let go in a random order and orientation between temporary walls, which are then removed.
+
+    Returns:
+        The problem with settled poses, and the report of settling without walls.
+
+    Raises:
+        PhysicsError: the simulation broke.
     """
     config = config or DumpConfig()
     world_config = world_config or UNSEEN

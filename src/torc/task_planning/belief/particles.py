@@ -63,7 +63,15 @@ def propose(
     rng: np.random.Generator,
     size_m: tuple[float, float] | None = None,
 ) -> Particles:
-    """Propose poses of a hidden target, none if nothing is hidden. `size_m` is its length and thickness, if known."""
+    """Propose poses of a hidden target, none if nothing is hidden.
+
+    Args:
+        volume: what was seen.
+        bodies: boxes of the objects in sight.
+        config: number and fit of the proposals.
+        rng: draws them.
+        size_m: the target's length and thickness; None if unknown.
+    """
     voxels = hidden_voxels(volume)
     if not config.told_size:
         size_m = None
