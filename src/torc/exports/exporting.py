@@ -22,7 +22,7 @@ FACTS = "export.json"
 
 @dataclass(frozen=True)
 class ExportSpec:
-    """What is exported.
+    """The request for an export.
 
     Attributes:
         format: the kind of data.

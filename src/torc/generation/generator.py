@@ -45,7 +45,7 @@ from torc.specs.conditions import DEFAULT_WORKSPACE, Conditions
 from torc.workspace.description import Workspace
 
 STILL = StillnessConfig(distance_m=0.0015, angle_rad=float(np.deg2rad(1.5)), early_s=2.5)
-"""How still a generated problem is: well within what is allowed after 10 s, since the watch may end early."""
+"""Stillness of a generated problem: well within what is allowed after 10 s, since the watch may end early."""
 _CHANCES = 3
 _GRIPPER_ROOM_M = 0.005
 """An object that fits into the gripper is narrower than its opening by this."""
@@ -276,7 +276,7 @@ def choose_target(
 def _among_stuck(
     view: SceneView, name: str, wanted: int, config: GenerationConfig, inspector: Inspector
 ) -> Reason | None:
-    """Return why an object is no target behind things that cannot be grasped; None if it is one."""
+    """Return why an object is not a target behind things that cannot be grasped; None if it is one."""
     scene = view.problem
     stuck = (o for o in before(view, name, inspector) if not inspector.graspable_at_all(scene, o))
     if sum(1 for _ in stuck) < wanted:

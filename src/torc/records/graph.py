@@ -80,7 +80,7 @@ _NODES, _EDGES = TypeAdapter(tuple[DependencyNode, ...]), TypeAdapter(tuple[Depe
 
 @dataclass(frozen=True)
 class DependencyGraph:
-    """What has to be removed before what (paper: Approach 2). An edge a -> b means that b goes first.
+    """A dependency graph (paper: Approach 2). An edge a -> b means that b must be removed before a.
 
     Attributes:
         nodes: all visible objects and the target, by rising id.

@@ -16,7 +16,7 @@ REQUIRED = "(required)"
 
 
 class ConfigTraits(Traits):
-    """What the configuration of a part may declare."""
+    """The traits of a part's configuration."""
 
     @classmethod
     def rough(cls) -> Self | None:
@@ -39,7 +39,7 @@ def changed(config: Any, settings: Settings, stage: str) -> Any:
         stage: stands before the paths in messages.
 
     Raises:
-        UnknownNameError: it has no such setting.
+        UnknownNameError: a setting does not exist.
         InputError: a value is of the wrong type, or refused by the configuration.
     """
     for path, value in settings.items():

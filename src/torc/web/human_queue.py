@@ -87,7 +87,7 @@ class HumanQueue:
         session.publish(phase=Phase.DONE, waiting=(), message=message)
 
     def lines(self) -> list[dict[str, Any]]:
-        """Return a line per trial. Whatever gives a problem away is offered once nobody has to play it any more."""
+        """Return a line per trial. Videos and replays are offered once nobody has to play their problem any more."""
         to_play, lines = self._to_play(), []
         for t in self.trials:
             ended, over = t.ended, t.problem not in to_play

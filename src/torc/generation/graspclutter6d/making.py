@@ -119,7 +119,7 @@ _BY_RULE, _BY_PAPER = "torc", "the paper"
 
 @dataclass(frozen=True)
 class ImportRequest:
-    """What to import from a data set: scenes by number, or the paper's 40 problems (those in `scenes`, if named).
+    """A request to import from a data set: scenes by number, or the paper's 40 problems (those in `scenes`, if named).
 
     `target` is the object to retrieve, as for `find_target`; None to have one chosen. `category` replaces the label.
     """
@@ -250,7 +250,7 @@ def _saved(attempt: Attempt, problem: Problem, out: Path, overwrite: bool) -> At
 def _kept(
     request: ImportRequest, inspector: Inspector, scene: int, wanted: str | None, out: Path
 ) -> Attempt | None:
-    """Return what an earlier call made of a wanted problem; None if nothing, or if the object is not known yet."""
+    """Return an earlier call's result for a wanted problem; None if there is none, or if the object is not known yet."""
     asked = how_imported(scene, request.config) | robot_facts(inspector.robot)
     pattern = "*"
     if wanted is not None:
