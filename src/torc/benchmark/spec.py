@@ -1,4 +1,4 @@
-"""The plan of a benchmark: every planner on every problem with every seed. Frozen, and on disk as spec.json of a store."""
+"""The plan of a benchmark: every planner on every problem with every seed. On disk it is spec.json of a store."""
 
 import re
 from collections import Counter

@@ -197,7 +197,7 @@ def refuse_made_up(stages: PipelineSpec, depth: Depth) -> None:
 
 
 def eyes_of(observation: Observation, stages: PipelineSpec) -> str:
-    """Return the perception to use: the chosen one, but torc's own if the default cannot read a picture without masks."""
+    """Return the chosen perception, or torc's own where the default one cannot read a picture without masks."""
     asked = stages.perception
     blind = observation.label_image is None and asked == PipelineSpec().perception
     return _OWN_EYES if blind else asked

@@ -82,10 +82,16 @@ def generate_problem(
     inspector: Inspector,
     progress: Callable[[int, Reason], None] = lambda attempt, reason: None,
 ) -> Made:
-    """Return the problem that belongs to a configuration and a seed (at least 0); equal in every process.
+    """Return the problem that belongs to a configuration and a seed; equal in every process.
 
-    `progress` is called with the number of each rejected attempt, from 1 on, and the reason. Raises InputError if the
-    configuration leaves too few object models to choose from.
+    Args:
+        config: the request.
+        seed: at least 0.
+        inspector: looks at scenes with the system that has to solve them.
+        progress: called with the number of each rejected attempt, from 1 on, and the reason.
+
+    Raises:
+        InputError: the configuration leaves too few object models to choose from.
     """
     low, high = config.objects
     count = int(stage_rng(seed, 0, "object count").integers(low, high + 1))

@@ -51,8 +51,16 @@ def arguments(factory: Any, settings: Settings, stage: str, rough: bool = False)
     """Return the arguments that carry a part's settings.
 
     A part whose parameter `config` is annotated with a dataclass gets one with the settings; any other gets each
-    setting as an argument. With `rough` the configuration for a sensor's depth is the default, if there is one. Raises
-    like `changed`.
+    setting as an argument.
+
+    Args:
+        factory: the part's class, or a function that makes it.
+        settings: values by their paths within the part.
+        stage: stands before the paths in messages.
+        rough: start from the configuration for a sensor's depth, if there is one.
+
+    Raises:
+        UnknownNameError, InputError: as `changed`.
     """
     made_with = config_class(factory)
     if made_with is None:

@@ -99,7 +99,7 @@ class Conditions(PipelineSpec):
         return facts | dict(self.settings)
 
     def text(self, sources: Mapping[str, str]) -> str:
-        """Return the differences from the defaults as text, without the budget. Trials with equal text can be compared."""
+        """Return differences from the defaults as text, without the budget. Trials with equal text can be compared."""
         told = {k: v for k, v in self.facts({}).items() if k != "max_picks"}
         return ", ".join(_told(name, value, sources.get(name, "")) for name, value in told.items())
 

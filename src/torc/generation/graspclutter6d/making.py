@@ -184,8 +184,17 @@ def run_import(
 ) -> list[Attempt]:
     """Make the requested problems and save them, one file each, named like the problem.
 
-    A scene that cannot be read or settled does not stop the others. Problems of an earlier call are kept, unless
-    `overwrite`. Raises InputError for an inconsistent request, a wrong root, or if `out` cannot be written.
+    A scene that cannot be read or settled does not stop the others.
+
+    Args:
+        request: what to import.
+        inspector: looks at scenes with the system that has to solve them.
+        out: the directory of the problem files.
+        overwrite: replace problems of an earlier call; otherwise they are kept.
+        say: called with lines about the progress.
+
+    Raises:
+        InputError: the request is inconsistent, its root is wrong, or `out` cannot be written.
     """
     wanted = request.wanted()
     check_root(request.root)
@@ -250,7 +259,7 @@ def _saved(attempt: Attempt, problem: Problem, out: Path, overwrite: bool) -> At
 def _kept(
     request: ImportRequest, inspector: Inspector, scene: int, wanted: str | None, out: Path
 ) -> Attempt | None:
-    """Return an earlier call's result for a wanted problem; None if there is none, or if the object is not known yet."""
+    """Return an earlier call's result for a wanted problem; None if there is none, or if the object is still unknown."""
     asked = how_imported(scene, request.config) | robot_facts(inspector.robot)
     pattern = "*"
     if wanted is not None:
