@@ -259,7 +259,7 @@ def _saved(attempt: Attempt, problem: Problem, out: Path, overwrite: bool) -> At
 def _kept(
     request: ImportRequest, inspector: Inspector, scene: int, wanted: str | None, out: Path
 ) -> Attempt | None:
-    """Return an earlier call's result for a wanted problem; None if there is none, or if the object is still unknown."""
+    """Return an earlier call's result for a wanted problem; None without one, or while the object is unknown."""
     asked = how_imported(scene, request.config) | robot_facts(inspector.robot)
     pattern = "*"
     if wanted is not None:
