@@ -1,4 +1,4 @@
-"""From a frame to the decision."""
+"""Decide which object to pick next in a frame."""
 
 from dataclasses import replace
 

@@ -32,12 +32,12 @@ class EdgeKind(StrEnum):
     HIDDEN_BY = "hidden by"
     """The source, the hidden target, may be in the space that the edge's target hides."""
     MAY_BE = "may be"
-    """The source, the target that nobody has recognised, may be the edge's target."""
+    """The source, the unrecognised target, may be the edge's target."""
 
 
 @dataclass(frozen=True)
 class DependencyNode:
-    """An object, or the target that nobody has seen yet.
+    """An object, or the target before anyone has seen it.
 
     Attributes:
         id: object id.

@@ -80,7 +80,7 @@ class RefusedError(InputError):
 
 
 class Session:
-    """The state, the questions and the answers."""
+    """Holds the state, and passes questions and answers between the trial and the pages."""
 
     def __init__(self) -> None:
         self._changed = threading.Condition()
