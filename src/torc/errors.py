@@ -19,7 +19,7 @@ class UnknownNameError(InputError):
     FEW = 5
 
     def __init__(self, what: str, name: str, valid: list[str], more: str = "", lister: str = "") -> None:
-        """Make the message from what kind of thing has no such name, the name, and the valid ones.
+        """Make the message from the kind of thing (`what`), the unknown name, and the valid ones.
 
         `more` follows the valid names; `lister` is a command that lists them, so that the message lists only a few.
         """

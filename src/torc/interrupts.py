@@ -28,7 +28,7 @@ def ended_like_ctrl_c() -> Iterator[None]:
 
 @contextmanager
 def interrupts_held() -> Iterator[None]:
-    """Hold such signals back during the block, which must be short; the first of them is delivered at its end."""
+    """Hold these signals back during the block, which must be short; the first of them is delivered at its end."""
     waiting: list[int] = []
     before = _set(lambda name, was: callable(was), lambda number, frame: waiting.append(number))
     try:
@@ -56,9 +56,7 @@ def _set(wanted: Any, handler: Any) -> dict[int, Any]:
     for name in _NAMES:
         number = getattr(signal, name, None)  # Windows has no SIGHUP
         was = None if number is None else signal.getsignal(number)
-        if (
-            number is not None and was is not None and wanted(name, was)
-        ):  # None: set by code other than Python
+        if number is not None and was is not None and wanted(name, was):  # None: not set by Python code
             before[number] = signal.signal(number, handler)
     return before
 

@@ -12,7 +12,7 @@ from torc.errors import MissingDependencyError, extra_remedy
 
 @dataclass(frozen=True)
 class Satellite:
-    """One of these packages.
+    """A package beside torc in its repository.
 
     Attributes:
         package: its name in the index.

@@ -1,1 +1,1 @@
-"""Many trials: what is played (spec), by whom (runner, local pool), where it is kept (store), and the report."""
+"""Many trials: their plan (spec), their players (runner, local pool), their directory (store), and the report."""

@@ -24,7 +24,7 @@ from torc.processes import end_with, one_thread_each
 _TASKS_PER_PROCESS = 100
 """A process is replaced after this many, so that leaks of libraries do not add up."""
 _STARTS = 4
-"""How often the pool may break down without any task having ended in between."""
+"""How often the pool may break down in a row without a task having ended."""
 
 
 Work = Callable[[Any], Any]
@@ -82,7 +82,7 @@ class ThisProcess:
     """A `Backend` that runs one task after another in this process."""
 
     def run(self, work: Work, tasks: Iterable[Task]) -> Iterator[Ending]:
-        """Yield an ending per task, in order. Raises whatever a task raises."""
+        """Yield an ending per task, in order. Exceptions of a task pass through."""
         for task in tasks:
             task.log.parent.mkdir(parents=True, exist_ok=True)
             yield Ending(task.key, work(task.argument))

@@ -1,4 +1,4 @@
-"""Play what is missing or errored in a store, each trial in a worker process."""
+"""Play missing and errored trials of a store, each in a worker process."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -42,7 +42,7 @@ def run_missing(
     listener: Listener = lambda trial, result: None,
     work: Work | None = None,
 ) -> int:
-    """Play what is missing or errored in a store that the caller has locked; return how many trials were errored.
+    """Play missing and errored trials of a store that the caller has locked; return how many were errored.
 
     Whenever this is stopped, even killed, the store holds only whole trials, and the next call continues.
 

@@ -124,7 +124,7 @@ class RayPool:
 def ray_pool(
     address: str, limits: PoolConfig, spec: BenchSpec, problems: Mapping[str, Problem]
 ) -> Iterator[RayPool]:
-    """Provide a pool, connected to Ray while the context lasts; at its end Ray ends whatever still runs.
+    """Provide a pool, connected to Ray while the context lasts; Ray then ends the tasks that still run.
 
     `address` is "local" (starts a cluster of this machine), "auto" (the one that this machine belongs to) or HOST:PORT
     of a head. Raises MissingDependencyError; InputError: there is no such cluster, or not with this Ray and Python.

@@ -89,12 +89,12 @@ def _is_played(row: TrialRow) -> bool:
 
 
 def _conditions(row: TrialRow) -> str:
-    """Return a trial's conditions; a robot counts by its digest, whatever its file is called."""
+    """Return a trial's conditions; a robot counts by its digest, not by the name of its file."""
     return re.sub(r"robot .*? (\([0-9a-f]{8}\))", r"robot \1", row.conditions)
 
 
 def _read(root: Path) -> tuple[list[TrialRow], list[tuple[Path, str]]]:
-    """Return the rows below a directory, of whatever conditions and versions; and what does not count, with reasons."""
+    """Return all rows below a directory, and the trials that do not count, with reasons."""
     check_directory(root, "torc bench")
     store, rows = Store(root), []
     left_out: list[tuple[Path, str]] = []

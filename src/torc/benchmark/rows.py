@@ -1,4 +1,4 @@
-"""Trials as rows of a table, whatever played them (bench, run, human): a row per trial, with its picks."""
+"""Trials of bench, run and human as rows of a table: a row per trial, with its picks."""
 
 import shlex
 from dataclasses import dataclass

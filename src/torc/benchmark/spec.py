@@ -1,4 +1,4 @@
-"""What is played: every planner on every problem with every seed. Frozen, and on disk as spec.json of a store."""
+"""The plan of a benchmark: every planner on every problem with every seed. On disk it is spec.json of a store."""
 
 import re
 from collections import Counter
@@ -59,7 +59,9 @@ class BenchPlanner:
 
 @dataclass(frozen=True)
 class Around:
-    """What all trials of a store share, so that they compare; `sources` are fingerprints of user-defined parts."""
+    """The shared conditions of a store, which make its trials comparable; `sources`: fingerprints of user-defined
+    parts.
+    """
 
     conditions: Conditions = field(default_factory=Conditions)
     sources: Mapping[str, str] = field(default_factory=dict)

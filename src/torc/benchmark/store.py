@@ -1,10 +1,10 @@
-"""A benchmark on disk. A trial's directory is there whole or not at all, even if the runner was killed.
+"""A benchmark on disk. A trial's directory exists whole or not at all, even if the runner was killed.
 
 DIR/spec.json           the trials that belong to the benchmark (`torc-bench/2`)
 DIR/manifest.json       one entry per call of `torc bench`: versions, commit, machine
 DIR/problems/NAME.yaml  the problems as they were played
 DIR/trials/NAME-ID/     a trial (`torc view` shows it); errored ones say why in result.json and error.txt
-DIR/.work/              what is being played; a new runner empties it
+DIR/.work/              trials being played; a new runner empties it
 """
 
 import json
@@ -126,7 +126,7 @@ class Store:
         return merged(self.spec(), spec) if self.is_there else spec
 
     def extend(self, spec: BenchSpec, problems: Mapping[str, Problem]) -> BenchSpec:
-        """Add trials to the benchmark, keep the problems as they are now, and return the new benchmark.
+        """Add trials to the benchmark, keep copies of the problems, and return the new benchmark.
 
         Raises InputError if they cannot be compared with the present ones.
         """

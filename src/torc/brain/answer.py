@@ -57,12 +57,12 @@ class Answer:
 
     @property
     def label(self) -> int | None:
-        """The label of the object to pick next; None if there is no choice."""
+        """The label of the object to pick next; None without a choice."""
         return None if self.decision.object_id is None else self.labels[self.decision.object_id]
 
     @property
     def grasps(self) -> tuple[Grasp, ...]:
-        """The valid grasps of the chosen object, most probable first; empty if there is no choice."""
+        """The valid grasps of the chosen object, most probable first; empty without a choice."""
         chosen = self.decision.object_id
         return () if chosen is None else valid_grasps(self.look.context, chosen)
 

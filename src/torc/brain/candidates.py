@@ -54,7 +54,7 @@ class Grasp:
 
 
 def valid_grasps(context: PlanningContext, object_id: int) -> tuple[Grasp, ...]:
-    """The object's valid grasps, the most probable first."""
+    """Return the object's valid grasps, the most probable first."""
     grasps, status = context.grasps, context.report.status
     return tuple(
         Grasp(grasps.Ts_world_tcp[i], float(grasps.widths_m[i]), float(grasps.scores[i]))

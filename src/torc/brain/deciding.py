@@ -1,4 +1,4 @@
-"""From a frame to the decision."""
+"""Decide which object to pick next in a frame."""
 
 from dataclasses import replace
 
@@ -197,9 +197,7 @@ def refuse_made_up(stages: PipelineSpec, depth: Depth) -> None:
 
 
 def eyes_of(observation: Observation, stages: PipelineSpec) -> str:
-    """Return the perception to use: the one asked for, or torc's own if the default cannot read a picture without
-    masks.
-    """
+    """Return the chosen perception, or torc's own where the default one cannot read a picture without masks."""
     asked = stages.perception
     blind = observation.label_image is None and asked == PipelineSpec().perception
     return _OWN_EYES if blind else asked

@@ -32,10 +32,10 @@ if TYPE_CHECKING:
 class BenchCommand:
     """Play every planner on every problem, several times each, and keep all trials in one directory.
 
-    Run the same command again after Ctrl-C, a crash or a power cut: only what is missing or errored is played. With
+    Run the same command again after Ctrl-C, a crash or a power cut: only missing or errored trials are played. With
     other planners, problems or more repeats, the same directory grows. `torc report DIR` says which planner is best.
 
-    An experiment can be a file: `torc bench experiment.yaml --out DIR` takes from it what is not given as an option:
+    An experiment can be a file: `torc bench experiment.yaml --out DIR`. Options take precedence over its entries:
 
       problems: validation
       planners: [random, {name: dg-select, settings: {relations.closeness_m: 0.01}}]
@@ -54,7 +54,7 @@ class BenchCommand:
       ray start --address HEAD:6379            # on every other, with the same torc
       torc bench --ray auto --out runs/mine    # on this machine again
 
-    A machine that is lost costs nothing but time. docs/benchmarking.md says what is sent along, and what is not.
+    A lost machine costs only time. docs/benchmarking.md says which files are sent along.
     With a batch system instead, each task plays a share of its own:
 
       torc bench --shard 3/20 --out runs/mine/3

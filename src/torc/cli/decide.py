@@ -45,8 +45,8 @@ class DecideCommand:
     depth_scale is called depth_scale_m, and, if there are masks, labels.png: docs/frames.md. Try it out with
     examples/frame.npz.
 
-    The answer names objects by your labels, and JSON holds the grasps of the chosen one, the best first. Where there is
-    nothing to pick it tells why, per object, and the exit code is 3.
+    The answer names objects by your labels, and JSON holds the grasps of the chosen one, the best first. If there is
+    nothing to pick, it says why, per object, and the exit code is 3.
     """
 
     frame: tyro.conf.Positional[Path]

@@ -1,4 +1,4 @@
-"""`torc doctor`: what is missing on this machine, and how to get it."""
+"""`torc doctor`: find what this machine lacks, and how to get it."""
 
 import importlib
 import os

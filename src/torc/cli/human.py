@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 class HumanCommand:
     """Choose the objects yourself: a local page shows what the task planners see, and the robot does what you choose.
 
-    You see no more than they do: not the robot at work, which would show what is hidden. --video films it from outside,
-    for afterwards; with --outside-view you watch, and the trials count as references.
+    You see no more than they do: not the robot at work, which would show hidden things. --video films it from outside,
+    for later; with --outside-view you watch, and the trials count as references.
 
     Every expert plays every problem. Each trial is recorded like any other (`torc view DIR` shows it). Run the same
-    command again to go on: what is complete is skipped, what was interrupted starts again from its beginning.
+    command again to continue: complete trials are skipped, interrupted ones start again from their beginning.
 
     Exit code 0 when everything is complete, 130 after Ctrl-C before that, 2 on bad arguments.
     """

@@ -25,7 +25,7 @@ class ImportCommand:
 
     Each mesh gets convex contact pieces, a mass and a description, and is kept in your own library: the first directory
     in TORC_OBJECTS, or ~/.local/share/torc/objects. From then on it can be used by its name like any other object.
-    Of a directory, what was imported before is passed over: the same command goes on after Ctrl-C.
+    In a directory, meshes imported before are skipped: the same command continues after Ctrl-C.
     Needs: scripts/setup import. Exit code 0 when everything was imported, 1 when something was refused.
     """
 

@@ -101,8 +101,8 @@ class GalleryCommand:
     """Draw a card per problem, and pages that show them.
 
     A card has four views (what the robot's camera sees, front, side, top) with the target outlined, solid where it is
-    in sight and dashed where something hides it; what is wanted in words; how hard it is; and, where it is known, the
-    order of picks that the oracle found, with its numbers in the views. A few seconds a problem.
+    in sight and dashed where something hides it; the target in words; the difficulty; and, if it is known, the order of
+    picks that the oracle found, with its numbers in the views. A few seconds a problem.
 
     DIR/index.html has cards to filter, and opens without a network; gallery.md is the same for code hosts.
 

@@ -26,8 +26,8 @@ class GenerateCommand:
 
     The same options and seed give the same problems on one machine, bit for bit. A problem is kept if its scene stays
     at rest, its target cannot be grasped at first, and the target and every object in front of it, beside it or taller
-    can be grasped with nothing in the way. Takes a few seconds a problem. Whether it can really be solved, and in how
-    few picks, is another question: see `torc problems validate`.
+    can be grasped with nothing in the way. Takes a few seconds a problem. `torc problems validate` checks whether it
+    can really be solved, and in how few picks.
 
     Try:
       torc problems generate --count 10 --out mine

@@ -27,7 +27,7 @@ _PAPERS_OWN = (
 class ImportCommand:
     """Turn scenes of GraspClutter6D into problems.
 
-    ROOT is the data set as it lies on disk, with scenes/ and models_obj_m/ (docs/problems.md tells how to get it;
+    ROOT is the unpacked data set, with scenes/ and models_obj_m/ (docs/problems.md says how to get it;
     of the scenes only the .json files are needed). Each scene is put on torc's table as annotated and settled in
     simulation; what fell off is left out and named. Meshes are converted once and kept with your objects
     (`torc objects list`).
@@ -35,7 +35,7 @@ class ImportCommand:
       torc problems import ~/GraspClutter6D --paper        # the paper's 40 problems
       torc problems import ~/GraspClutter6D --scene 249 --target 17_0
 
-    What is in DIR already is not made again: the same command goes on after Ctrl-C.
+    Problems already in DIR are not made again: the same command continues after Ctrl-C.
 
     Exit code 0 when every problem asked for is there, 1 when some were not (each with its reason), 2 on bad arguments.
     """

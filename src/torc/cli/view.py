@@ -10,7 +10,7 @@ from torc.cli.web_page import PageOptions, check_web_libraries, served_page
 
 @dataclass(frozen=True)
 class ViewCommand:
-    """Show recorded trials in a browser, pick by pick: what the planner saw, what it chose and why, what came of it.
+    """Show recorded trials in a browser, pick by pick: what the planner saw, what it chose and why, and the outcome.
 
     The page is served to this machine only, and needs nothing from outside. Ctrl-C ends it.
     """

@@ -51,8 +51,8 @@ def draw_graph(
     """Draw the graph: the target on top, what it waits for below it.
 
     Nodes have the object's colour in the marked image; graspable ones have a solid outline, others a broken one. Edges
-    are coloured and dashed by kind and carry their weight, unless they are their node's only one. Whatever the target
-    does not wait for is pale.
+    are coloured and dashed by kind and carry their weight, unless they are their node's only one. Nodes and edges that
+    the target does not wait for are pale.
 
     Args:
         graph: the graph.

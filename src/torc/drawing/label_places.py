@@ -20,7 +20,7 @@ whether that is beside the mask.
 
 @dataclass(frozen=True)
 class LabelPlace:
-    """Where a number goes.
+    """The place of a number.
 
     Attributes:
         row, col, size: its box: upper left pixel, (height, width).
@@ -118,7 +118,7 @@ def _sparing_tries(
     counts: Mapping[int, int],
     limits: tuple[Size, float],
 ) -> Iterator[Try]:
-    """Yield such places if a box may hide at most a share of an object; `limits`: the box's size and that share."""
+    """Yield the places if a box may hide at most a share of an object; `limits`: the box's size and that share."""
     shape, (size, most_hidden) = label_image.shape, limits
     box_px = size[0] * size[1]
     spared = [i for i, count in counts.items() if box_px > most_hidden * count]

@@ -69,10 +69,15 @@ def mark_pixels(
     *,
     outlines_only: bool = False,
 ) -> UInt8[np.ndarray, "h w 3"]:
-    """Return a copy of an image marked like `mark_image`, by the label of each pixel (-1: none).
+    """Return a copy of an image, marked like `mark_image`.
 
-    `outlines_only` keeps the colours: a thin outline along each mask's rim, and a small number, in the mask if it hides
-    little of it, else beside it with a line. All other pixels are unchanged.
+    Args:
+        rgb: the image.
+        label: the label of each pixel; -1 for none.
+        numbers: the number to write, by label.
+        highlight: a label to bring out.
+        outlines_only: keep the colours: a thin outline along each mask's rim, and a small number, in the mask if it
+            hides little of it, else beside it with a line. All other pixels are unchanged.
     """
     scale = _scale(label.shape, outlines_only)
     image = rgb.copy() if outlines_only else _tint(rgb, label, highlight)

@@ -1,7 +1,7 @@
 """Examples for fine-tuning and preference pairs, as a Hugging Face imagefolder: pictures, and a line for each.
 
 An example for supervised fine-tuning is the marked image, VLM-SELECT's prompt, and the answer that brought success. A
-preference pair is a look at which ORACLE or a person chose otherwise than another planner.
+preference pair is a look at which the choice of ORACLE or a person differs from another planner's.
 """
 
 import json
@@ -56,9 +56,9 @@ def answer_text(trial: RecordedTrial, number: int) -> str:
 
 
 def thoughts(looked: LookedLine, chosen: int) -> str:
-    """Explain in a few sentences why that object comes first: by the robot's sensors, whoever decided.
+    """Explain in a few sentences, from the robot's sensors, why that object comes first.
 
-    A planner's own reasons are not used: many refer to what no picture shows.
+    The planner's own reasons are not used: many refer to what no picture shows.
     """
     target = f"object {TARGET_ID}"
     if chosen == TARGET_ID:

@@ -22,7 +22,7 @@ FACTS = "export.json"
 
 @dataclass(frozen=True)
 class ExportSpec:
-    """What is exported.
+    """The request for an export.
 
     Attributes:
         format: the kind of data.
@@ -51,7 +51,14 @@ class ExportSpec:
 def export_trials(root: Path, out: Path, spec: ExportSpec, overwrite: bool = False) -> dict[str, Any]:
     """Write the trials below `root` to `out` as data; return a summary, as in export.json.
 
-    Raises InputError: there is nothing to export, a trial cannot be read, or `out` cannot be written.
+    Args:
+        root: a trial, or a directory with trials anywhere in it.
+        out: the directory to make.
+        spec: the request.
+        overwrite: replace an earlier export in `out`.
+
+    Raises:
+        InputError: there is nothing to export, a trial cannot be read, or `out` cannot be written.
     """
     with _new_directory(out, overwrite) as directory:
         # A rejected choice is mostly in a trial that failed, so pairs consider all of them.

@@ -25,7 +25,7 @@ class Source:
 
     @property
     def problem(self) -> str:
-        """The problem's own name, whatever its file is called."""
+        """The problem's own name, not its file's."""
         started = self.trial.started
         return started.problem if started is not None else Path(self.trial.spec.problem).stem
 

@@ -1,4 +1,4 @@
-"""Initial scenes of problems: objects that stand tightly packed, or hang above the table, to be dropped between walls.
+"""Initial scenes of problems: objects that stand tightly packed, or hang above the table before they are dropped.
 
 The poses are not settled: the simulator lets them come to rest. World frame, metres.
 """

@@ -197,7 +197,7 @@ def _settled_without(
 
 
 def _tidied(scene: Problem, wanted: ObjectRange, workspace: Workspace, config: ClutterConfig) -> Problem:
-    """Remove what is astray and settle again, until nothing is."""
+    """Remove objects that are astray and settle again, until none is."""
     while gone := astray(scene, workspace, config):
         scene = _settled_without(scene, gone, wanted, workspace, config)
     return scene

@@ -1,4 +1,4 @@
-"""Which problem to generate."""
+"""The request for a problem: what to generate."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -39,7 +39,7 @@ WantedHiddenness = Literal["any", "visible", "partly", "hidden"]
 
 @dataclass(frozen=True)
 class GenerationConfig:
-    """What to generate.
+    """The request for a problem.
 
     Attributes:
         category: structured (standing, tightly packed) or unstructured (a dumped pile).

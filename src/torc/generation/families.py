@@ -48,7 +48,7 @@ class SceneFamily:
         return usual
 
     def unfit(self, view: SceneView, target: str, inspector: Inspector) -> Reason | None:
-        """Return why an object cannot be the family's target, whatever can be grasped; None if it can."""
+        """Return why an object cannot be the family's target, graspability aside; None if it can."""
         return None
 
     def finished(self, problem: Problem, inspector: Inspector, stillness: StillnessConfig) -> Problem:

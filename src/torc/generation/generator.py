@@ -45,7 +45,7 @@ from torc.specs.conditions import DEFAULT_WORKSPACE, Conditions
 from torc.workspace.description import Workspace
 
 STILL = StillnessConfig(distance_m=0.0015, angle_rad=float(np.deg2rad(1.5)), early_s=2.5)
-"""How still a generated problem is: well within what is allowed after 10 s, since the watch may end early."""
+"""Stillness of a generated problem: well within what is allowed after 10 s, since the watch may end early."""
 _CHANCES = 3
 _GRIPPER_ROOM_M = 0.005
 """An object that fits into the gripper is narrower than its opening by this."""
@@ -82,10 +82,16 @@ def generate_problem(
     inspector: Inspector,
     progress: Callable[[int, Reason], None] = lambda attempt, reason: None,
 ) -> Made:
-    """Return the problem that belongs to a configuration and a seed (at least 0); equal in every process.
+    """Return the problem that belongs to a configuration and a seed; equal in every process.
 
-    `progress` is called with the number of each rejected attempt, from 1 on, and the reason. Raises InputError if the
-    configuration leaves too few object models to choose from.
+    Args:
+        config: the request.
+        seed: at least 0.
+        inspector: looks at scenes with the system that has to solve them.
+        progress: called with the number of each rejected attempt, from 1 on, and the reason.
+
+    Raises:
+        InputError: the configuration leaves too few object models to choose from.
     """
     low, high = config.objects
     count = int(stage_rng(seed, 0, "object count").integers(low, high + 1))
@@ -276,7 +282,7 @@ def choose_target(
 def _among_stuck(
     view: SceneView, name: str, wanted: int, config: GenerationConfig, inspector: Inspector
 ) -> Reason | None:
-    """Return why an object is no target behind things that cannot be grasped; None if it is one."""
+    """Return why an object is not a target behind things that cannot be grasped; None if it is one."""
     scene = view.problem
     stuck = (o for o in before(view, name, inspector) if not inspector.graspable_at_all(scene, o))
     if sum(1 for _ in stuck) < wanted:

@@ -1,4 +1,4 @@
-"""What the robot sees of a problem before the first pick, and what it could grasp."""
+"""The robot's view of a problem before the first pick: what it sees, and what it could grasp."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -138,7 +138,7 @@ class Inspector:
 
     @cached_property
     def grasping(self) -> ModelGrasping:
-        """Which objects the robot can grasp at all."""
+        """Answers which objects the robot can grasp at all."""
         return ModelGrasping(self.robot, self.workspace)
 
     def view(self, problem: Problem) -> SceneView:

@@ -1,4 +1,4 @@
-"""Results on disk: JSON and directories that are there whole or not at all, and never replace anything else."""
+"""Results on disk: JSON and directories that exist whole or not at all, and never replace anything else."""
 
 import json
 import os

@@ -32,7 +32,7 @@ _DEEPEST = 50
 
 
 class _PlainLoader(FAST_LOADER):  # type: ignore[misc, valid-type]
-    """SafeLoader without repeated keys (one would be lost)."""
+    """A SafeLoader that refuses repeated keys, of which one would be lost."""
 
     def construct_mapping(self, node: Any, deep: bool = False) -> dict[Any, Any]:
         keys = [key.value for key, _ in node.value if isinstance(key.value, str)]

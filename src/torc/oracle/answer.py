@@ -41,7 +41,7 @@ class OracleAnswer:
         proved: no order needs fewer picks, or equally many with fewer drops; if not solved, no order (of at most
             `limit` picks) leads to the target.
         lower_bound: picks that every order needs; None if no valid order leads to the target.
-        rough_bound, likely: lower bound and proof if a pick only took its object away, as far as that was tried.
+        rough_bound, likely: lower bound, and optimality, if a pick only took its object away, as far as tried.
     """
 
     problem: str

@@ -21,7 +21,7 @@ _LARGEST_SEED = 2**31
 
 @dataclass(frozen=True)
 class Order:
-    """Objects to pick, and the picks that it took in simulations with draws of their own, in any order."""
+    """Objects to pick, and the picks needed in independent simulations, in any order."""
 
     object_ids: tuple[int, ...]
     picks: tuple[int, ...]

@@ -1,4 +1,4 @@
-"""What promises to lead to the target if every pick only took its object away. A guess, never a proof.
+"""Guess which picks lead to the target if every pick only took its object away. Never a proof.
 
 The order of picks then does not matter, and a state is the set of objects that are gone. There are far fewer sets than
 sequences, and no pick has to be tried to look at one.

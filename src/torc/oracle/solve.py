@@ -24,7 +24,7 @@ Say = Callable[[str], None]
 _SAY_EVERY = 4.0
 _NOWHERE = "the target can be nowhere"
 _LOOKS_KEPT = 12
-"""A look takes some 10 MB."""
+"""Looks kept in memory; each takes some 10 MB."""
 
 
 def solve_problem(

@@ -1,4 +1,4 @@
-"""The tree that is searched: its states, what was tried, what is open, and what follows from that."""
+"""The tree that is searched: its states, the choices tried and open, and the consequences."""
 
 import heapq
 import itertools

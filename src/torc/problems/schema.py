@@ -25,7 +25,7 @@ _REMEDIES = {
     f"{_MAX_ORIGIN} facts of origin"
 }
 BELOW_TABLE_M, ABOVE_TABLE_M = 0.02, 1.0
-"""How far below and above the table top an object's origin may be."""
+"""Limits of the height of an object's origin, below and above the table top, metres."""
 
 _Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.\-]{0,63}$")]
 _Text = Annotated[str, Field(max_length=2000), AfterValidator(printable)]

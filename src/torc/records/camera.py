@@ -1,4 +1,4 @@
-"""What the camera delivers."""
+"""The camera's output: snapshots, and what their labels mean."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ from jaxtyping import Float, Float32, Int16, UInt8
 BACKGROUND = -1
 """Label of pixels that belong to no object: table, bin, floor, walls."""
 ROBOT = -2
-"""Label of pixels that show the robot itself: they hide what is behind them, but are no obstacle."""
+"""Label of pixels that show the robot itself: they hide things behind them, but are not an obstacle."""
 TARGET_ID = 0
 """The target's object id wherever the target is known, as in the paper's images."""
 MAX_OBJECTS = 64

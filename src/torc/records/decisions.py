@@ -1,4 +1,4 @@
-"""What a task planner sees and what it answers."""
+"""A task planner's input and its answer."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -55,18 +55,18 @@ class PlanningContext:
         return tuple(k for k in self.report.graspable_ids if k in self.scene.ids)
 
     def p(self, object_id: int) -> float:
-        """The probability that the object's best valid grasp delivers it; 0 if it has no valid grasp."""
+        """Return the probability that the object's best valid grasp delivers it; 0 if it has no valid grasp."""
         valid = (self.grasps.object_ids == object_id) & (self.report.status == GraspStatus.VALID)
         return float(self.grasps.scores[valid].max(initial=0.0))
 
     def hidden_volume_m3(self, object_id: int) -> float:
-        """The unseen volume that the object hides, in cubic metres."""
+        """Return the unseen volume that the object hides, in cubic metres."""
         return self.volume.hidden_volume_m3(object_id)
 
     def called(self, object_id: int) -> str:
-        """Return how a reason names an object: the user's label, or the id where there are no labels.
+        """Return how a reason names an object: the user's label, or the id without labels.
 
-        An id without a label, which only a model makes up, becomes "number 7": it must not pass for somebody's label.
+        An id without a label, which only a model makes up, becomes "number 7": it must not pass for a user's label.
         """
         if not self.labels:
             return str(object_id)

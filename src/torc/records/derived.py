@@ -10,11 +10,12 @@ _KEPT: dict[int, dict[Hashable, Any]] = {}
 
 
 def once(record: object, key: Hashable, derive: Callable[[], Derived]) -> Derived:
-    """Return what `derive` returns, and keep it for the next call with this record and key.
+    """Return the result of `derive`, and keep it for the next call with this record and key.
 
     Args:
         record: a frozen record.
-        key: names what is derived, and the settings that it depends on.
+        key: names the derived fact and the settings that it depends on.
+        derive: computes it.
     """
     kept = _KEPT.get(id(record))
     if kept is None:

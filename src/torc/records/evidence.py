@@ -1,4 +1,4 @@
-"""What a decision rests on: for the log, the pages and the pictures."""
+"""The evidence behind a decision: for the log, the pages and the pictures."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass
@@ -86,7 +86,7 @@ class ModelTry:
 
 @dataclass(frozen=True)
 class ModelEvidence:
-    """What a model was sent beside the question, and every try; the texts are the decision's `exchanges`.
+    """A model's input beside the question, and every try; the texts are the decision's `exchanges`.
 
     Attributes:
         prompt, prompt_sha256: name and digest of the prompt file.
@@ -94,6 +94,7 @@ class ModelEvidence:
         pictures: facts of each picture that was sent.
         system: instructions before the conversation.
         examples: turns before the question.
+        tries: every request.
     """
 
     prompt: str = ""
@@ -107,7 +108,7 @@ class ModelEvidence:
 
 @dataclass(frozen=True)
 class Corrections:
-    """What a model changed in the proposed relations, and which of its changes were refused, in words."""
+    """A model's changes to the proposed relations, and those that were refused, in words."""
 
     changes: tuple[str, ...] = ()
     refused: tuple[str, ...] = ()
@@ -115,7 +116,7 @@ class Corrections:
 
 @dataclass(frozen=True)
 class Evidence:
-    """What a decision rests on. Every field may be empty.
+    """The evidence behind a decision. Every field may be empty.
 
     Attributes:
         rule: the rule that applied, in a few words.
@@ -144,7 +145,7 @@ class Evidence:
 
     @staticmethod
     def from_plain(plain: Mapping[str, Any]) -> "Evidence":
-        """Read what `to_plain` wrote, also in older versions of torc. Whatever cannot be read stays as a note."""
+        """Read what `to_plain` wrote, also in older versions of torc. Unreadable parts stay as notes."""
         known: dict[str, Any] = {}
         for name, value in plain.items():
             try:

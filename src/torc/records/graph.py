@@ -32,12 +32,12 @@ class EdgeKind(StrEnum):
     HIDDEN_BY = "hidden by"
     """The source, the hidden target, may be in the space that the edge's target hides."""
     MAY_BE = "may be"
-    """The source, the target that nobody has recognised, may be the edge's target."""
+    """The source, the unrecognised target, may be the edge's target."""
 
 
 @dataclass(frozen=True)
 class DependencyNode:
-    """An object, or the target that nobody has seen yet.
+    """An object, or the target before anyone has seen it.
 
     Attributes:
         id: object id.
@@ -80,7 +80,7 @@ _NODES, _EDGES = TypeAdapter(tuple[DependencyNode, ...]), TypeAdapter(tuple[Depe
 
 @dataclass(frozen=True)
 class DependencyGraph:
-    """What has to be removed before what (paper: Approach 2). An edge a -> b means that b goes first.
+    """A dependency graph (paper: Approach 2). An edge a -> b means that b must be removed before a.
 
     Attributes:
         nodes: all visible objects and the target, by rising id.

@@ -51,8 +51,8 @@ class Touch:
 
 @dataclass(frozen=True)
 class FeltOutcome:
-    """What the gripper reported of a pick. It feels something between the pads, but not which object it is: the result
-    assumes the object that was to be picked.
+    """The gripper's report of a pick. It feels something between the pads, but not which object it is: the result
+    assumes the intended object.
     """
 
     result: PickResult
@@ -72,7 +72,7 @@ class PickOutcome:
         held_id: the object that was held after the lift: the simulator's truth, or the plan's object on a real robot.
         held_after_lift: something was held after the lift, which is the paper's measure of success.
         delivered: the held object was released over the bin.
-        dropped: ids of the objects, without the target, that fell off the table.
+        dropped: ids of objects other than the target that fell off the table.
         target_lost: the target fell off the table.
         detail: one sentence for people, e.g. which contact stopped the arm.
         duration_s: time on the robot's clock, seconds.

@@ -36,7 +36,7 @@ class PlanStage(StrEnum):
 
 @dataclass(frozen=True)
 class PickPlan:
-    """The motions of one pick; each starts where the one before ends.
+    """The motions of one pick; each starts where the previous one ends.
 
     Attributes:
         grasp_index: the grasp's index in the GraspSet.

@@ -1,4 +1,4 @@
-"""What perception makes of a snapshot: objects, their points, and its memory."""
+"""Perception's view of a snapshot: objects, their points, and its memory."""
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
@@ -35,15 +35,15 @@ class SegmentedObject:
 
 @dataclass(frozen=True)
 class KnownObject:
-    """What perception remembers of an object, in sight or not.
+    """Perception's memory of an object, in sight or not.
 
     Attributes:
         points: some surface points when it was last seen, world frame.
-        look: what it looks like, a unit vector.
-        sureness: how surely what was seen is one object, 0 to 1.
+        look: its appearance, a unit vector.
+        sureness: probability that it is exactly one object, 0 to 1.
         looks: in how many snapshots it was seen.
         missed: how many have passed since.
-        target_p: how surely it is the target, by reference pictures, when it was last seen.
+        target_p: probability that it is the target, by reference pictures, when it was last seen.
     """
 
     id: int
@@ -94,8 +94,8 @@ class SegmentedScene:
     def with_target(self, object_id: int) -> "SegmentedScene":
         """Return the scene with that visible object as the target; the former target gets its id.
 
-        What is remembered of a target out of sight is dropped, since this object is the target. Raises KeyError if the
-        object is not visible.
+        The memory of a target out of sight is dropped, since this object is the target. Raises KeyError if the object
+        is not visible.
         """
         self.object(object_id)
         facts = tuple(k for k in self.known if k.id != TARGET_ID or TARGET_ID in self.ids)

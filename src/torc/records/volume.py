@@ -44,12 +44,12 @@ class VoxelGrid:
 
 @dataclass(frozen=True)
 class OcclusionVolume:
-    """What has never been seen, and which objects hide it (paper: Perception).
+    """The space that was never seen, and the objects that hide it (paper: Perception).
 
     Attributes:
         seen: voxels that some snapshot saw free or on a surface.
-        hidden_by: per unseen voxel the objects that hide it in the latest snapshot, bit k for object id k;
-            0 for seen voxels and for those hidden by nothing that has an id.
+        hidden_by: per unseen voxel the objects that hide it in the latest snapshot, bit k for object id k; 0 for seen
+            voxels and for those hidden by nothing that has an id.
         surface_label: object id (or BACKGROUND) of the surface points in the latest snapshot; EMPTY elsewhere.
     """
 

@@ -22,7 +22,7 @@ class Traits:
 
 
 class CameraTraits(Traits):
-    """What a camera declares."""
+    """The traits of a camera."""
 
     real: bool = False
     """It looks at the real world, or at a recording of it: no simulated trial can use it."""
@@ -43,7 +43,7 @@ class CameraTraits(Traits):
 
 
 class DepthTraits(Traits):
-    """What a depth stage declares."""
+    """The traits of a depth stage."""
 
     needs_pair: bool = False
     """It reads the stereo pair of an observation. A simulated camera takes one only then."""
@@ -54,7 +54,7 @@ class DepthTraits(Traits):
 
 
 class PerceptionTraits(Traits):
-    """What a perception declares."""
+    """The traits of a perception."""
 
     needs_labels: bool = False
     """It receives the masks that a snapshot's source knows, such as a simulator's; `label_image` is None for others."""
@@ -68,7 +68,7 @@ class PerceptionTraits(Traits):
 
 
 class MotionPlannerTraits(Traits):
-    """What a motion planner declares."""
+    """The traits of a motion planner."""
 
     config: Any = None
     """If a `MotionConfig`, grasps count as valid only if straight motions by these settings exist."""
@@ -78,7 +78,7 @@ class MotionPlannerTraits(Traits):
 
 
 class TaskPlannerTraits(Traits):
-    """What a task planner declares."""
+    """The traits of a task planner."""
 
     name: str = ""
     """Its name in tables. Required."""
@@ -98,7 +98,7 @@ class TaskPlannerTraits(Traits):
 
 
 class ArmTraits(Traits):
-    """What an arm driver declares."""
+    """The traits of an arm driver."""
 
     feels_contact: bool = False
     """The contact force in its status means something: motions are then guarded by it."""

@@ -80,7 +80,7 @@ def make_with(
 
 
 def trait_faults(kind: Kind[Any], part: object) -> Iterator[str]:
-    """Yield what is wrong with the traits that a part declares."""
+    """Yield the faults of the traits that a part declares."""
     declared = kind.traits(part)
     for name, default in declarable(kind.base).items():
         value = getattr(declared, name)
@@ -243,7 +243,7 @@ def short_part_name(name: str) -> str:
 
 @contextmanager
 def blamed(what: str, error_class: type[TorcError], remedy: str) -> Iterator[None]:
-    """Turn whatever a part raises inside into `error_class`, naming the part, the fault and its line.
+    """Turn any exception that a part raises inside into `error_class`, naming the part, the fault and its line.
 
     A TorcError that the part raises itself passes unchanged.
     """

@@ -16,7 +16,7 @@ REQUIRED = "(required)"
 
 
 class ConfigTraits(Traits):
-    """What the configuration of a part may declare."""
+    """The traits of a part's configuration."""
 
     @classmethod
     def rough(cls) -> Self | None:
@@ -39,7 +39,7 @@ def changed(config: Any, settings: Settings, stage: str) -> Any:
         stage: stands before the paths in messages.
 
     Raises:
-        UnknownNameError: it has no such setting.
+        UnknownNameError: a setting does not exist.
         InputError: a value is of the wrong type, or refused by the configuration.
     """
     for path, value in settings.items():
@@ -51,8 +51,16 @@ def arguments(factory: Any, settings: Settings, stage: str, rough: bool = False)
     """Return the arguments that carry a part's settings.
 
     A part whose parameter `config` is annotated with a dataclass gets one with the settings; any other gets each
-    setting as an argument. With `rough` the configuration for a sensor's depth is the default, if there is one. Raises
-    like `changed`.
+    setting as an argument.
+
+    Args:
+        factory: the part's class, or a function that makes it.
+        settings: values by their paths within the part.
+        stage: stands before the paths in messages.
+        rough: start from the configuration for a sensor's depth, if there is one.
+
+    Raises:
+        UnknownNameError, InputError: as `changed`.
     """
     made_with = config_class(factory)
     if made_with is None:

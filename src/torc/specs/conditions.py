@@ -88,10 +88,10 @@ class Conditions(PipelineSpec):
         return replace(self, workspace=workspace) if wanted else self
 
     def facts(self, sources: Mapping[str, str]) -> dict[str, Any]:
-        """Return what differs from the defaults, as plain data.
+        """Return the differences from the defaults as plain data.
 
-        `sources` are the fingerprints of user-defined parts by field (`torc.pipeline.building.sources`): such a part
-        counts by the content of its files.
+        `sources` are the fingerprints of user-defined parts by field (`torc.pipeline.building.sources`): these parts
+        count by the content of their files.
         """
         changed = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "settings"}
         default = Conditions()
@@ -99,7 +99,7 @@ class Conditions(PipelineSpec):
         return facts | dict(self.settings)
 
     def text(self, sources: Mapping[str, str]) -> str:
-        """Return what differs from the defaults as text, without the budget. Trials with equal text can be compared."""
+        """Return differences from the defaults as text, without the budget. Trials with equal text can be compared."""
         told = {k: v for k, v in self.facts({}).items() if k != "max_picks"}
         return ", ".join(_told(name, value, sources.get(name, "")) for name, value in told.items())
 

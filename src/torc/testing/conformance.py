@@ -54,7 +54,7 @@ def made(make: Callable[..., Any], context: BuildContext) -> Any:
 
 
 def trait_faults(kind: Kind[Any], part: object) -> list[str]:
-    """Return what is wrong with the traits that a part declares, misspelt names included."""
+    """Return the faults of the traits that a part declares, misspelt names included."""
     found = list(registry_faults(kind, part))
     known = [name for name, default in declarable(kind.base).items() if isinstance(default, bool)]
     theirs = [vars(c) for c in type(part).__mro__ if not c.__module__.startswith(("torc.", "builtins"))]
@@ -65,7 +65,7 @@ def trait_faults(kind: Kind[Any], part: object) -> list[str]:
 
 
 def unit_faults(depth_m: np.ndarray) -> list[str]:
-    """Return what is wrong with the readings of a depth image of a table."""
+    """Return the faults of the readings of a depth image of a table."""
     good = np.isfinite(depth_m) & (depth_m > 0)
     if not good.any():
         return ["no pixel has a depth"]

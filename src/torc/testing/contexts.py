@@ -55,8 +55,7 @@ def make_context(
     history: tuple[PickOutcome, ...] = (),
     picks_left: int = 15,
 ) -> PlanningContext:
-    """Return a planner's context of these shapes, with grasps at the objects' centres and a report that agrees with
-    them.
+    """Return a planner's context of these shapes, with grasps at the objects' centres and an agreeing report.
 
     The target is the shape with id 0; it is hidden if there is none, or nothing of it is in sight.
 

@@ -16,7 +16,7 @@ from torc.workspace.workspace_files import load_workspace
 
 @dataclass(frozen=True)
 class View:
-    """What the fixed camera sees of shapes on the table.
+    """The fixed camera's view of shapes on the table.
 
     Attributes:
         shapes: the true shapes.

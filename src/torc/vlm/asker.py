@@ -39,7 +39,7 @@ _MAX_NAME = 60
 
 @dataclass(frozen=True)
 class Form:
-    """What a planner asks.
+    """A planner's form of question.
 
     Attributes:
         planner: its name, with which the names of its shipped prompts begin.

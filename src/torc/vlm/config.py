@@ -1,4 +1,4 @@
-"""Which model is asked, and how."""
+"""The choice of a model, and how it is asked."""
 
 import difflib
 import math

@@ -16,11 +16,10 @@ class PictureConfig:
     """How a scene is shown to a model.
 
     Attributes:
-        marks: "tinted": every object tinted in a colour of its own, as in the paper; "outlines": thin outlines and
-            small numbers, every other pixel as the camera saw it; "clear": the same drawn anew for the question (see
-            `torc.drawing.clear_marks`): cut to the objects, at least 1024 pixels across them unless crop_px and
-            longest_side_px say otherwise.
-        plain: send the same picture without marks as a second one.
+        marks: "tinted": every object tinted in its own colour, as in the paper; "outlines": thin outlines and small
+            numbers, every other pixel unchanged; "clear": outlines drawn for the question (`torc.drawing.clear_marks`):
+            cut to the objects, at least 1024 pixels across them unless crop_px and longest_side_px say otherwise.
+        plain: send the picture without marks as a second one.
         crop_px: margin around the visible objects, pixels of the camera's image; None sends the whole image.
         longest_side_px: enlarge (or reduce) the picture to this longest side before it is marked; None leaves it.
     """

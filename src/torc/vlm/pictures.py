@@ -37,15 +37,15 @@ class SentPicture:
 
 
 def pictures_of(scene: SegmentedScene, config: PictureConfig) -> tuple[SentPicture, ...]:
-    """Return the pictures of a scene in the order in which they are sent: the marked one, then the plain one if asked
-    for.
+    """Return the pictures of a scene in the order in which they are sent: the marked one, then the plain one if
+    enabled.
     """
     drawn = drawn_pictures(scene, config)
     return tuple(SentPicture(k, png_bytes(v), v.shape[1], v.shape[0]) for k, v in drawn.items())
 
 
 def drawn_pictures(scene: SegmentedScene, config: PictureConfig) -> dict[str, UInt8[np.ndarray, "h w 3"]]:
-    """Return the pictures as arrays by what they show: "marked", and "plain" if asked for."""
+    """Return the pictures as arrays by what they show: "marked", and "plain" if enabled."""
     rgb, label = shown_part(scene, config)
     numbers = {i: i for i in scene.ids}
     if config.marks == "clear":

@@ -21,7 +21,7 @@ class Example:
 
 @dataclass(frozen=True)
 class Prompt:
-    """The text that a model is given, with fields to fill in: the content of a file, whatever its name.
+    """The text that a model is given, with fields to fill in: the content of a file.
 
     Attributes:
         name: of the file, without its ending.

@@ -62,7 +62,17 @@ def load_prompt(path: Path) -> Prompt:
 
 
 def parse_prompt(text: str, name: str, source: str, *, plain: bool = False) -> Prompt:
-    """Read a prompt from a file's text; `plain` for a .txt. `source` names it in errors. Raises InputError."""
+    """Read a prompt from the text of a file.
+
+    Args:
+        text: the file's content.
+        name: the prompt's name.
+        source: names the file in errors.
+        plain: the text is that of a .txt.
+
+    Raises:
+        InputError: the message names the field.
+    """
     content: Any = (
         {"format": FORMAT, "user": text}
         if plain

@@ -1,4 +1,4 @@
-"""What the third version of the questions adds: how the gripper reaches in, the target's size, numbers of grasps."""
+"""Additions of the third version of the questions: how the gripper reaches in, the target's size, numbers of grasps."""
 
 import numpy as np
 

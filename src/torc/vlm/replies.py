@@ -38,7 +38,7 @@ def ask_client(client: VlmClient, question: Question) -> Reply:
 
     Raises:
         VlmClientError: the client crashed, or returned something that cannot be read and logged.
-        VlmError: or whatever else the client raises deliberately.
+        TorcError: the client raised it deliberately, e.g. VlmError.
     """
     what = f"VLM client {type(client).__name__}"
     with blamed(what, VlmClientError, _HELP):

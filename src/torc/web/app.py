@@ -45,7 +45,7 @@ _Body = TypeVar("_Body")
 
 @dataclass(frozen=True)
 class Site:
-    """What a server shows.
+    """The content of a server.
 
     Attributes:
         shelf: trials on disk.

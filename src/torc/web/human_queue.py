@@ -87,7 +87,7 @@ class HumanQueue:
         session.publish(phase=Phase.DONE, waiting=(), message=message)
 
     def lines(self) -> list[dict[str, Any]]:
-        """Return a line per trial. Whatever gives a problem away is offered once nobody has to play it any more."""
+        """Return a line per trial. Videos and replays are offered once nobody has to play their problem any more."""
         to_play, lines = self._to_play(), []
         for t in self.trials:
             ended, over = t.ended, t.problem not in to_play
@@ -120,8 +120,17 @@ def make_queue(
 ) -> HumanQueue:
     """Queue every problem for every expert, expert by expert.
 
-    Raises InputError: an expert's name cannot be a file name, two problems share theirs, or a complete trial was played
-    under other conditions.
+    Args:
+        problems: names or paths of problems.
+        experts: the people's names; without any, one unnamed person plays.
+        out: directory of the trials.
+        seed: decides all random draws.
+        conditions: the stages around the planner, and the budget.
+        outside_view: the experts see the scene from outside while playing.
+
+    Raises:
+        InputError: an expert's name cannot be a file name, two problems share theirs, or a complete trial was played
+            under other conditions.
     """
     names = tuple(dict.fromkeys(experts)) or ("",)
     for name in names:

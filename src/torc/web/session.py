@@ -16,7 +16,7 @@ from torc.errors import InputError
 
 
 class Phase(StrEnum):
-    """What is happening."""
+    """The phases of a session."""
 
     READY = "ready"
     """Waiting for a page to start a trial."""
@@ -32,11 +32,13 @@ class Phase(StrEnum):
 
 @dataclass(frozen=True)
 class SessionState:
-    """Where things stand.
+    """The state of a session.
 
     Attributes:
         version: rises with every change.
+        phase: the present phase.
         trial: key of the trial being played, or of the one that was played last.
+        pick: number of the pick.
         allowed: ids that may be chosen while phase is CHOOSING.
         chosen: id that was chosen in this pick.
         message: a line for people.
@@ -78,7 +80,7 @@ class RefusedError(InputError):
 
 
 class Session:
-    """The state, the questions and the answers."""
+    """Holds the state, and passes questions and answers between the trial and the pages."""
 
     def __init__(self) -> None:
         self._changed = threading.Condition()
@@ -87,7 +89,7 @@ class Session:
 
     @property
     def state(self) -> SessionState:
-        """Where things stand."""
+        """The present state."""
         return self._state
 
     def publish(self, **changes: Any) -> None:

@@ -15,7 +15,7 @@ _FARTHEST_M = 8.0
 
 
 def faults(workspace: Workspace) -> list[str]:
-    """Return what is wrong with a workspace, each fault with the fields concerned; empty if nothing is."""
+    """Return the faults of a workspace, each with the fields concerned."""
     return [*_camera_faults(workspace), *_place_faults(workspace)]
 
 

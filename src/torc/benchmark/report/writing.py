@@ -48,9 +48,7 @@ _OBJECTIVE = (
 
 @dataclass(frozen=True)
 class View:
-    """How to see the trials: the command that shows them in a browser, "" without any, and whether its page has the
-    report.
-    """
+    """The command that shows the trials in a browser, "" without any, and whether its page has the report."""
 
     command: str
     serves_report: bool
@@ -65,7 +63,7 @@ class View:
 
 @dataclass(frozen=True)
 class Report:
-    """What was written."""
+    """The report on disk."""
 
     directory: Path
     page: Path

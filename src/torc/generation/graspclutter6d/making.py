@@ -119,7 +119,7 @@ _BY_RULE, _BY_PAPER = "torc", "the paper"
 
 @dataclass(frozen=True)
 class ImportRequest:
-    """What to import from a data set: scenes by number, or the paper's 40 problems (those in `scenes`, if named).
+    """A request to import from a data set: scenes by number, or the paper's 40 problems (those in `scenes`, if named).
 
     `target` is the object to retrieve, as for `find_target`; None to have one chosen. `category` replaces the label.
     """
@@ -184,8 +184,17 @@ def run_import(
 ) -> list[Attempt]:
     """Make the requested problems and save them, one file each, named like the problem.
 
-    A scene that cannot be read or settled does not stop the others. Problems of an earlier call are kept, unless
-    `overwrite`. Raises InputError for an inconsistent request, a wrong root, or if `out` cannot be written.
+    A scene that cannot be read or settled does not stop the others.
+
+    Args:
+        request: what to import.
+        inspector: looks at scenes with the system that has to solve them.
+        out: the directory of the problem files.
+        overwrite: replace problems of an earlier call; otherwise they are kept.
+        say: called with lines about the progress.
+
+    Raises:
+        InputError: the request is inconsistent, its root is wrong, or `out` cannot be written.
     """
     wanted = request.wanted()
     check_root(request.root)
@@ -250,7 +259,7 @@ def _saved(attempt: Attempt, problem: Problem, out: Path, overwrite: bool) -> At
 def _kept(
     request: ImportRequest, inspector: Inspector, scene: int, wanted: str | None, out: Path
 ) -> Attempt | None:
-    """Return what an earlier call made of a wanted problem; None if nothing, or if the object is not known yet."""
+    """Return an earlier call's result for a wanted problem; None without one, or while the object is unknown."""
     asked = how_imported(scene, request.config) | robot_facts(inspector.robot)
     pattern = "*"
     if wanted is not None:

@@ -55,11 +55,7 @@ class ConvertedObject:
 
 
 def find_mesh(root: Path, object_id: int) -> tuple[Path, float]:
-    """Return the best mesh of an object and its unit in metres: full before reduced, textured before coloured, metres
-    first.
-
-    Raises InputError if there is none.
-    """
+    """Return the first mesh of an object in the order of `_FOLDERS`, and its unit in metres. Raises InputError."""
     name = object_stem(object_id)
     for folder, (ending, unit_m) in _FOLDERS.items():
         # obj2mjcf moves each mesh into its own folder.
@@ -124,7 +120,7 @@ PLACEMENTS = {
     # the table and 3 cm above it.
     "paper": (0.75, 0.0, 0.03),
 }
-"""Where the bounding box of a whole scene goes: x and y of its middle in the world, and the height of its lower side
+"""Place of the bounding box of a whole scene: x and y of its middle in the world, and the height of its lower side
 above the table, since the annotated heights are only good to centimetres; metres.
 """
 _ALONE = "nothing stands around a target: choose another scene"

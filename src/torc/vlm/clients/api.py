@@ -32,7 +32,7 @@ class _NoRedirects(HTTPRedirectHandler):
     """Refuses redirects, which would send the key and images elsewhere."""
 
     def redirect_request(self, *_: Any) -> None:
-        """Never."""
+        """Refuse."""
 
 
 def open_api_client(config: VlmConfig) -> "ApiClient":

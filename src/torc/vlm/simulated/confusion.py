@@ -90,7 +90,7 @@ def _pairs_in_question(truth: Situation, asked: Collection[Pair]) -> frozenset[P
 
 
 def _free(blocked: bool, luck: float, profile: Profile) -> bool:
-    """True if something seems free: blocked but overlooked, or free and recognised as such."""
+    """True if something seems free: blocked but overlooked, or free and recognised."""
     return luck >= profile.blocked if blocked else luck < profile.free
 
 
