@@ -68,7 +68,8 @@ class PerceptionConfig(ConfigTraits):
     def at(self, shape: tuple[int, ...]) -> "PerceptionConfig":
         """Return the settings for a picture (rows, columns) with more pixels.
 
-        A patch of surface, or an error of a matcher or a mask, then covers more pixels. Smaller pictures change nothing.
+        A patch of surface, or an error of a matcher or a mask, then covers more pixels. Smaller pictures
+        change nothing.
         """
         s = finer(shape)
         if s == 1:
