@@ -59,8 +59,10 @@ def test_what_cannot_be_used_is_said_before_anything_is_played(tmp_path):
         torc.play(PROBLEM, perceptoin="embedded")
     with pytest.raises(UnknownNameError, match="planner"):
         torc.play(PROBLEM, "dg-selekt", out=tmp_path / "trial")
-    with pytest.raises(InputError, match="A planner is a name"):
+    with pytest.raises(InputError, match="is not a task planner"):
         torc.play(PROBLEM, 3)
+    with pytest.raises(InputError, match="MyPlanner\\(power=2\\)"):
+        torc.play(PROBLEM, settings={"planner.power": 2})
     with pytest.raises(InputError, match="need a directory"):
         torc.play(PROBLEM, video=True)
     with pytest.raises(UnknownNameError, match="problem"):

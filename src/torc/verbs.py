@@ -31,6 +31,7 @@ from torc.errors import InputError, UnknownNameError
 from torc.io.digests import part_source
 from torc.pipeline.building import build_system
 from torc.pipeline.look import Look
+from torc.pipeline.planners import as_planner
 from torc.pipeline.state import EndReason
 from torc.pipeline.warm_up import announced_compilation
 from torc.problems.problem import load_problem
@@ -300,16 +301,8 @@ def _planner(
     config = VlmConfig(*parse_vlm(vlm)) if isinstance(vlm, str) else vlm
     if isinstance(planner, str):
         return PlannerSpec(planner, config), None
-    one = planner if isinstance(planner, TaskPlanner) and not isinstance(planner, type) else None
-    if one is None and not callable(planner):
-        raise InputError(
-            f"A planner is a name, an object with `decide`, or a class of those, not {planner!r}."
-        )
-    make: Callable[[], TaskPlanner] = planner if one is None else lambda: one  # type: ignore[assignment]
-    name = getattr(make(), "name", None)
-    if not isinstance(name, str) or not name:
-        raise InputError(f"Task planner {planner!r} needs a `name`: a line of text for tables.")
-    return PlannerSpec(name), make
+    made = as_planner(planner)
+    return PlannerSpec(made.name), (lambda: made) if made is planner else planner  # type: ignore[return-value]
 
 
 def _importable(planner: Planner) -> str:

@@ -17,6 +17,7 @@ from torc.errors import InputError
 from torc.pipeline.planners import make_planner
 from torc.pipeline.warm_up import MESSAGE
 from torc.records import Evidence, GraspStatus
+from torc.task_planning.dg_select import DgSelectPlanner
 from torc.testing.contexts import box, make_context
 
 
@@ -234,3 +235,11 @@ def test_warnings_of_the_frame_are_in_text_and_json(frame_of):
     answer = decide_frame(replace(frame_of(), warnings=("Check the pose.",)))
     assert answer.to_dict()["warnings"] == ["Check the pose."]
     assert "Warning: Check the pose." in answer_text(answer)
+
+
+def test_a_planner_is_a_name_a_class_or_an_object(frame_of):
+    frame = frame_of()
+    for planner in ("dg-select", DgSelectPlanner, DgSelectPlanner()):
+        assert decide_frame(frame, planner).decision.object_id is not None
+    with pytest.raises(InputError, match="is not a task planner: pass a name"):
+        decide_frame(frame, 3)

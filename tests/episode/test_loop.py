@@ -47,6 +47,7 @@ def test_hidden_target_is_found_and_retrieved(play):
 def test_lost_picks_have_their_own_names(play):
     result = play(ScriptedPlanner([7, None, 1]), impossible=[1], max_picks=3)
     assert [o.result for o in result.outcomes] == [PickResult.NO_VALID_CHOICE] * 2 + [PickResult.NO_PLAN]
+    assert result.outcomes[0].detail == "Object 7 is not in sight; 1, 2 are."
 
 
 def test_episode_ends_when_the_target_falls_or_nothing_is_left(play):

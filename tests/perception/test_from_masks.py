@@ -138,3 +138,33 @@ def test_a_recognition_that_is_no_probability_is_refused():
     observation = synthetic_observation((box(1, 0.55, -0.20, (0.1, 0.1, 0.2)),))
     with pytest.raises(PartError, match="no probability"):
         ask_recognition(eyes, observation, np.zeros((1, 1), bool), Wanted(""), None, 1)
+
+
+class Wrong(Halves):
+    def __init__(self, masks):
+        self.masks = masks  # and no super().__init__()
+
+    def find(self, observation, wanted):
+        return self.masks
+
+
+@pytest.mark.parametrize(
+    ("masks", "text"),
+    [
+        (np.zeros((4, 4)), "returned a ndarray, not Masks"),
+        (
+            Masks(np.zeros((60, 80), np.int16), np.ones(1, np.float32)),
+            r"label is \(60, 80\) int16; it must be",
+        ),
+        (
+            Masks(np.full((240, 320), 2, np.int16), np.ones(1, np.float32)),
+            r"sureness is \(1,\).*label numbers 3 masks",
+        ),
+    ],
+)
+def test_unusable_masks_are_blamed_on_who_found_them(masks, text):
+    observation = synthetic_observation((box(1, 0.55, -0.20, (0.1, 0.1, 0.2)),))
+    if isinstance(masks, Masks) and masks.label.max() == 2:
+        masks = replace(masks, label=np.full(observation.depth_m.shape, 2, np.int16))
+    with pytest.raises(PartError, match=rf"Wrong.find \(.*test_from_masks\.py, line \d+\): .*{text}"):
+        Wrong(masks).perceive(observation, Wanted(""), None)

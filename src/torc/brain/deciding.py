@@ -1,5 +1,6 @@
 """Decide which object to pick next in a frame."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +13,7 @@ from torc.perception.segmentation import PerceptionConfig
 from torc.pipeline.building import build_pipeline
 from torc.pipeline.frames import Frame
 from torc.pipeline.look import Pipeline
-from torc.pipeline.planners import make_planner
+from torc.pipeline.planners import as_planner
 from torc.pipeline.state import EpisodeState, stage_rng
 from torc.pipeline.warm_up import announced_compilation, rehearse_look
 from torc.records import Observation, OcclusionVolume, SegmentedScene
@@ -37,7 +38,7 @@ _SAME_TABLE_M = 0.02
 
 def decide_frame(
     frame: Frame,
-    planner: TaskPlanner | None = None,
+    planner: TaskPlanner | str | Callable[[], TaskPlanner] = "dg-select",
     *,
     robot: RobotDescription | str | None = None,
     volume: OcclusionVolume | None = None,
@@ -50,7 +51,7 @@ def decide_frame(
 
     Args:
         frame: the picture, its depth, and masks if it has any.
-        planner: task planner; DG-SELECT by default.
+        planner: a task planner's name, a planner, or its class.
         robot: the robot whose reach counts (a description, or its name or path); None checks only the gripper (a
             Robotiq 2F-85) and takes every pose as reachable.
         volume: the occlusion volume after the previous frame; None for the first frame.
@@ -75,13 +76,13 @@ class FrameDecider:
     def __init__(
         self,
         frame: Frame,
-        planner: TaskPlanner | None = None,
+        planner: TaskPlanner | str | Callable[[], TaskPlanner] = "dg-select",
         *,
         robot: RobotDescription | str | None = None,
         stages: PipelineSpec | None = None,
     ) -> None:
         self.frame, self.stages = frame, stages or PipelineSpec()
-        self.planner = planner or make_planner("dg-select")
+        self.planner = as_planner(planner)
         self.pipeline = _pipeline(frame, robot, self.stages)
 
     def rehearse(self) -> None:
@@ -114,7 +115,8 @@ class FrameDecider:
             decision = ask_planner(planner, look.context, stage_rng(seed, 0, "decide"))
         if decision.object_id is not None and decision.object_id not in look.context.scene.ids:
             raise InputError(
-                f"Task planner '{planner.name}' named object {decision.object_id}, which is not in sight."
+                f"Task planner '{planner.name}' named object {decision.object_id}, which is not in sight; "
+                f"{', '.join(map(str, look.context.scene.ids))} are."
             )
         return Answer(
             decision,

@@ -202,6 +202,9 @@ def checked_choice(look: Look, decision: Decision) -> int | PickOutcome:
         return PickOutcome(PickResult.NO_VALID_GRASP, named, detail=why_none_is_valid(report))
     if chosen is None:
         return PickOutcome(PickResult.NO_VALID_CHOICE, named, detail=decision.reason)
+    if chosen not in look.context.scene.ids:
+        detail = f"Object {chosen} is not in sight; {', '.join(map(str, look.context.scene.ids))} are."
+        return PickOutcome(PickResult.NO_VALID_CHOICE, named, detail=detail)
     if not report.has_valid_grasp(chosen):
         return PickOutcome(PickResult.NO_VALID_CHOICE, named, detail=f"Object {chosen} has no valid grasp.")
     return chosen

@@ -3,14 +3,16 @@
 `embedded` and all perceptions that find objects by their own network build on this.
 """
 
+import inspect
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from jaxtyping import Bool, Float, Float32, Int16
 
+from torc.errors import PartError
 from torc.geometry.extent import Extent
 from torc.geometry.transforms import unproject
 from torc.perception.embedded.crops import crop
@@ -32,6 +34,7 @@ from torc.perception.target import (
 from torc.perception.tracking import Seen, TrackingConfig, agreement, carried_over, same_ids, settled_masks
 from torc.records import BACKGROUND, MAX_OBJECTS, TARGET_ID, KnownObject, Observation, SegmentedScene
 from torc.registry.kinds import PerceptionTraits
+from torc.registry.loading import kind_of_value
 from torc.registry.settings import ConfigTraits
 from torc.workspace.description import Workspace
 from torc.workspace.workspace_files import load_workspace
@@ -79,6 +82,24 @@ class Masks:
     wanted_p: Float32[np.ndarray, "h w"] | None = None
 
 
+def mask_faults(masks: Any, observation: Observation) -> Iterator[str]:
+    """Yield the reasons why something is not `Masks` of a picture."""
+    if not isinstance(masks, Masks):
+        yield f"it returned {kind_of_value(masks)}, not Masks"
+        return
+    label, sureness, shape = masks.label, masks.sureness, observation.depth_m.shape
+    if not isinstance(label, np.ndarray) or label.shape != shape or label.dtype.kind != "i":
+        yield f"label is {_array_text(label)}; it must be {shape}, as the picture is, of whole numbers (int16)"
+    elif not isinstance(sureness, np.ndarray) or sureness.ndim != 1 or len(sureness) <= label.max():
+        yield f"sureness is {_array_text(sureness)}; label numbers {int(label.max()) + 1} masks from 0 on"
+    if masks.wanted_p is not None and getattr(masks.wanted_p, "shape", None) != shape:
+        yield f"wanted_p is {_array_text(masks.wanted_p)}; it must be {shape}, as the picture is, or None"
+
+
+def _array_text(value: Any) -> str:
+    return f"{value.shape} {value.dtype}" if isinstance(value, np.ndarray) else kind_of_value(value)
+
+
 class _Seen(NamedTuple):
     """The masks that are reported as objects: their numbers, looks, pixels, clouds; ids and memory."""
 
@@ -94,6 +115,12 @@ class FromMasks(ABC, PerceptionTraits):
     """A perception that finds masks and leaves the rest to torc. Subclasses find the masks."""
 
     config: FromMasksConfig
+
+    def __new__(cls, *_: object, **__: object) -> Self:
+        """Set the defaults, for subclasses whose own `__init__` leaves them as they are."""
+        made = super().__new__(cls)
+        FromMasks.__init__(made)
+        return made
 
     def __init__(self, config: FromMasksConfig | None = None, workspace: Workspace | None = None) -> None:
         self.config = FromMasksConfig() if config is None else config
@@ -116,6 +143,12 @@ class FromMasks(ABC, PerceptionTraits):
         and MissingDependencyError without onnxruntime.
         """
         config, masks = self.config, self.find(observation, wanted)
+        if faults := [*mask_faults(masks, observation)]:
+            code = inspect.unwrap(type(self).find).__code__
+            raise PartError(
+                f"{type(self).__name__}.find ({code.co_filename}, line {code.co_firstlineno}): {'; '.join(faults)}. "
+                "docs/extending.md lists the fields of Masks."
+            )
         label = without_fixed(masks.label, observation, self.workspace, config.clouds)
         sureness = masks.sureness
         carried = None if before is None else carried_over(before, observation, config.tracking)

@@ -35,6 +35,22 @@ def make_planner(name: str, **options: Any) -> TaskPlanner:
     return planner
 
 
+def as_planner(planner: TaskPlanner | str | Callable[[], TaskPlanner]) -> TaskPlanner:
+    """Return a task planner from its name, its class, or itself. Raises InputError for anything else."""
+    if isinstance(planner, str):
+        return make_planner(planner)
+    made: Any = planner
+    if callable(planner) and (isinstance(planner, type) or not hasattr(planner, "decide")):
+        made = planner()
+    if not isinstance(made, TaskPlanner) or not isinstance(made.name, str) or not made.name:
+        raise InputError(
+            f"{planner!r} is not a task planner: pass a name, or an object or class with a `name` and a method "
+            "`decide(context, rng)`."
+        )
+    planner_made: TaskPlanner = made
+    return planner_made
+
+
 def load_planner(name: str) -> Any:
     """Return what makes the planner of that name, imported but not called. Raises as `make_planner`."""
     return load_part(TASK_PLANNERS, name)

@@ -135,7 +135,7 @@ def load_object(what: str, path: str) -> Any:
             f"{what}: importing {module_name} failed: {error}. Looked for in {local}this environment and PYTHONPATH."
         ) from error
     except AttributeError as error:
-        raise InputError(f"{what}: module {module_name} has no '{attribute}' ({error}).") from error
+        raise InputError(f"{what}: {module_name} has no '{attribute}'.") from error
     except (Exception, SystemExit) as error:  # user-defined code may fail in any way
         failed = f"importing {module_name} failed with {type(error).__name__}: {error}."
         raise InputError(f"{what}: {failed}") from error

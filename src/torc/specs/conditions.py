@@ -44,6 +44,11 @@ class PipelineSpec:
         stages = [*(f.name for f in fields(self) if f.name in STAGES), *CONFIGURED]
         for path in self.settings:
             stage, dot, _ = path.partition(".")
+            if stage == "planner":
+                raise InputError(
+                    f"The setting '{path}' is the planner's, not one of the conditions: pass a planner that is made "
+                    "with it, e.g. MyPlanner(power=2), or PlannerSpec(name, settings={...})."
+                )
             if stage not in stages or not dot:
                 raise UnknownNameError("stage in the setting", path, [f"{s}." for s in stages])
         object.__setattr__(self, "settings", plain_values(dict(sorted(self.settings.items()))))

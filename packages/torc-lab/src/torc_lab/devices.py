@@ -19,6 +19,7 @@ from torc_lab.identity import check_standing
 from torc_lab.lab_file import Lab, driver_config
 from torc_lab.protocols import (
     ArmDriver,
+    ArmStatus,
     GripperDriver,
     LabError,
     NeedsActivation,
@@ -44,7 +45,12 @@ def connect_arm(lab: Lab) -> ArmDriver:
     _check_whole("arm driver", lab.arm.driver, driver, ArmDriver)
     try:
         with blamed(f"Arm driver '{lab.arm.driver}'", LabError, _MEND_DRIVER):
-            if (found := len(driver.status().qpos)) != arm.dof:
+            if not isinstance(status := driver.status(), ArmStatus):
+                raise LabError(
+                    f"Arm driver '{lab.arm.driver}': status() returned a {type(status).__name__}; it must be a "
+                    "torc_lab.protocols.ArmStatus."
+                )
+            if (found := len(status.qpos)) != arm.dof:
                 raise LabError(f"{driver.name} has {found} joints; the robot {lab.robot.name} has {arm.dof}.")
             check_standing(arm, driver, lab.held_joints)
     except LabError:

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from torc_lab.protocols import ArmDriver, missing_methods
+from torc_lab.protocols import ArmDriver, ArmStatus, missing_methods
 
 AT_ONCE_S = 0.05
 """A method that does not wait returns within this time."""
@@ -23,6 +23,8 @@ def state_faults(driver: ArmDriver) -> list[str]:
     for _ in range(_LOOKS):
         began = time.monotonic()
         status = driver.status()
+        if not isinstance(status, ArmStatus):
+            return [f"status() returned a {type(status).__name__}; it must be a torc_lab.protocols.ArmStatus"]
         now = time.monotonic()
         slowest, ahead_s = max(slowest, now - began), max(ahead_s, status.stamp_s - now)
         stamps.append(status.stamp_s)

@@ -13,7 +13,7 @@ from torc.records import Trajectory
 from torc.registry.kinds import ARM_DRIVERS
 from torc.testing.conformance import require, trait_faults
 from torc_lab.driver_rules import AT_ONCE_S, state_faults
-from torc_lab.protocols import ArmDriver, LabError
+from torc_lab.protocols import ArmDriver, LabError, missing_methods
 
 _TURN_RAD, _MOTION_S = 0.05, 1.0
 _ENDS_S, _ARRIVED_RAD = 3.0, 0.01
@@ -24,14 +24,12 @@ def check_arm_driver(connect: Callable[[], ArmDriver]) -> None:
     must be at rest, and let motions in. Raises NonConformanceError naming all that was broken.
     """
     driver = connect()
+    if missing := missing_methods(driver, ArmDriver):
+        require("arm driver", [f"it lacks {', '.join(missing)} of torc_lab.protocols.ArmDriver"])
     try:
-        found = [
-            *trait_faults(ARM_DRIVERS, driver),
-            *state_faults(driver),
-            *_lets_motions_in(driver),
-            *_moves(driver),
-            *_stops(driver),
-        ]
+        found = [*trait_faults(ARM_DRIVERS, driver), *state_faults(driver)]
+        require("arm driver", found)
+        found = [*_lets_motions_in(driver), *_moves(driver), *_stops(driver)]
     finally:
         driver.close()
     require("arm driver", [*found, *_is_closed(driver)])
