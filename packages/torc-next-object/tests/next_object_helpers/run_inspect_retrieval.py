@@ -1,4 +1,4 @@
-"""Runs in the environment of inspect_ai: torc_next_object/retrieval on one problem with a scripted model; prints what came of it.
+"""Runs torc_next_object/retrieval in the environment of inspect_ai, with a scripted model; prints what came of it.
 
 python -m next_object_helpers.run_inspect_retrieval PROBLEM LOGS REPLY [REPLY ...]
 """
