@@ -66,7 +66,10 @@ class Episode:
         return look
 
     def decide(self, planner: TaskPlanner, look: Look) -> Decision:
-        """Return a planner's decision about the latest look. Raises PlannerError if it crashed or is invalid."""
+        """Return a planner's decision about the latest look.
+
+        Raises PlannerError if it crashed or its answer is invalid.
+        """
         pick = self.state.pick
         with self.steps.clock.stage("decide") as lap:
             decision = ask_planner(planner, look.context, stage_rng(self.steps.config.seed, pick, "decide"))

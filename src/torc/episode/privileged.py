@@ -129,8 +129,8 @@ class Sandbox:
     ) -> Iterator[Look]:
         """Yield what the robot would see if these objects were gone, once with the grasps that each seed draws.
 
-        A seed draws alike whatever is gone. All looks use one picture, taken when the first is requested. Raises
-        PhysicsError.
+        A seed draws the same grasps whatever is gone. All looks use one picture, taken when the first is requested.
+        Raises PhysicsError.
         """
         self._take_away(state, sorted(object_ids))
         yield from self._steps.looks(state.episode, seeds)

@@ -66,7 +66,7 @@ def complete(
         felt: points that a finger touched, world frame; the back extends to them.
         camera_position: world frame.
         object_id: the object.
-        volume: contradicts guesses in space that was seen.
+        volume: rules out guesses in space that was seen free, or to hold another object.
         support_z_m: height of the support.
         config: assumed depths.
     """

@@ -110,7 +110,10 @@ class SamplingMotionPlanner(MotionPlannerTraits):
         )
 
     def context(self, request: PickRequest, grasp: int, held: Held) -> LineContext:
-        """Return one grasp of a request and everything that its motions depend on; `held` comes from `held`."""
+        """Return one grasp of a request and everything that its motions depend on.
+
+        `held` is the result of the method `held`.
+        """
         grasps = request.grasps
         return self._context(request, grasps.Ts_world_tcp[grasp], float(grasps.widths_m[grasp]), held)
 

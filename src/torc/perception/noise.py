@@ -39,7 +39,7 @@ class NoiseConfig:
 
 
 def stereo_camera() -> NoiseConfig:
-    """Return about what learned stereo gives on a table-top scene: 2 mm at 1 m, edges smeared, few holes."""
+    """Return roughly the noise of learned stereo on a table-top scene: 2 mm at 1 m, edges smeared, few holes."""
     return NoiseConfig(0.002, grain_px=3, edge_loss=0.3, edge_blend=0.3, dropout=0.002, mask_erosion_px=1)
 
 

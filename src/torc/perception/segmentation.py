@@ -49,10 +49,8 @@ class PerceptionConfig(ConfigTraits):
             masks and edges.
         piece_px: a piece of a mask that depth jumps tear off the rest, and that reaches no further than this into the
             mask, belongs to what lies behind, unless it is half as large as the largest piece: its readings are
-                dropped.
-            It may reach twice as far if it is tiny and wholly behind the largest piece. Stereo matchers give a few
-            pixels
-            along an edge the depth of the other side, or of the far wall. 0 keeps all.
+            dropped. It may reach twice as far if it is tiny and wholly behind the largest piece. Stereo matchers give
+            a few pixels along an edge the depth of the other side, or of the far wall. 0 keeps all.
     """
 
     min_depth_m: float = 0.1
@@ -70,7 +68,7 @@ class PerceptionConfig(ConfigTraits):
     def at(self, shape: tuple[int, ...]) -> "PerceptionConfig":
         """Return the settings for a picture (rows, columns) with more pixels.
 
-        Accordingly more of them show a patch of a surface, and share an error of a matcher or a mask. Smaller pictures
+        A patch of surface, or an error of a matcher or a mask, then covers more pixels. Smaller pictures
         change nothing.
         """
         s = finer(shape)

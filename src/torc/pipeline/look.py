@@ -109,8 +109,7 @@ class Pipeline:
         noise: sensor noise to add to each snapshot, None for none.
         min_score: valid grasps that are less likely to deliver become UNLIKELY while any object has a better one. Every
             task planner chooses from what is left: RANDOM draws among fewer objects, and for DG-SELECT an object
-                without
-            a better grasp is not graspable. 0 follows the paper: then no grasp waits.
+            without a better grasp is not graspable. 0 follows the paper: then no grasp waits.
         bets: when a doubtful grasp waits until a neighbour is cleared; see torc.pipeline.better_bet.
         motion: settings of the motion planner: a valid grasp has straight motions by these.
     """

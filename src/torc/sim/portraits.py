@@ -100,7 +100,7 @@ def portrait_camera(model: ObjectModel, width: int, height: int) -> CameraMount:
     points = np.concatenate([mesh.vertices for mesh in model.visuals])
     half_height = np.tan(_FOV_RAD / 2) * _FILL
     half_width = half_height * width / height
-    # The distance at which the camera, upright and level, has each point within the picture.
+    # How far away the camera must be for each point to be within the picture, vertically and horizontally.
     nearer = points @ toward
     needs = [np.abs(points @ up) / half_height + nearer, np.abs(points @ right) / half_width + nearer]
     center = _standing_at(model)

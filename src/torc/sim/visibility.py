@@ -1,4 +1,4 @@
-"""Count how many pixels of each object a camera sees, and what hides the others.
+"""Count how many pixels of each object a camera sees, and what hides the rest.
 
 Always by rays, never by GL, so that the counts are equal on every machine.
 """

@@ -170,7 +170,7 @@ def _levelled(stored: StoredFrame, observation: Observation) -> Observation:
 
 
 def _object_ids(stored: StoredFrame) -> tuple[dict[int, int], Int16[np.ndarray, "h w"] | None]:
-    """Return the object id per label, and per pixel; both empty without masks.
+    """Return the object id per label, and per pixel; {} and None without masks.
 
     The target becomes 0, others keep 1..63 or get the lowest free id. Raises InputError for labels without an object,
     negative ones, too many, and a target that is not among them.
