@@ -34,7 +34,7 @@ def _run(prepared, task, *more):
 
 @pytest.mark.long
 def test_inspect_scores_as_scoring_does_to_the_digit(prepared):
-    found = _run(prepared, "torc/next_object_image")
+    found = _run(prepared, "torc_next_object/next_object_image")
     wanted = _scores()
     for name in ("regret", "regret_low", "regret_high", "top1", "top1_low", "top1_high", "lost", "invalid"):
         assert found["metrics"][name] == wanted[name], name
@@ -53,7 +53,7 @@ def test_inspect_scores_as_scoring_does_to_the_digit(prepared):
 
 @pytest.mark.long
 def test_inspect_counts_a_row_once_however_often_it_is_asked(prepared):
-    found = _run(prepared, "torc/next_object_grasps", "3")
+    found = _run(prepared, "torc_next_object/next_object_grasps", "3")
     assert found["metrics"]["regret"] == _scores()["regret"]
     assert found["metrics"]["invalid"] == _scores()["invalid"]
 

@@ -1,4 +1,4 @@
-"""Runs in the environment of inspect_ai: torc/retrieval on one problem with a scripted model; prints what came of it.
+"""Runs torc_next_object/retrieval in the environment of inspect_ai, with a scripted model; prints what came of it.
 
 python -m next_object_helpers.run_inspect_retrieval PROBLEM LOGS REPLY [REPLY ...]
 """
@@ -24,7 +24,7 @@ def main(problem: str, logs: str, *replies: str) -> None:
 
     model = get_model("mockllm/model", custom_outputs=answer)
     (log,) = run_eval(
-        "torc/retrieval",
+        "torc_next_object/retrieval",
         model=model,
         task_args={"problems": problem, "max_picks": 4},
         log_dir=logs,

@@ -102,7 +102,8 @@ def _inspect(source: str, rows: Sequence[Mapping[str, Any]], directory: Path, sp
     place = Path(source).resolve() if Path(source).exists() else source
     more = "" if split == "test" else f" -T split={split}"
     return [
-        f"inspect eval torc/next_object_{variant} -T data={place}{more} --model MODEL" for variant in VARIANTS
+        f"inspect eval torc_next_object/next_object_{variant} -T data={place}{more} --model MODEL"
+        for variant in VARIANTS
     ]
 
 

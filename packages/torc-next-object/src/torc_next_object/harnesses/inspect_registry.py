@@ -1,4 +1,4 @@
-"""What inspect_ai finds under the name torc: `inspect eval torc/next_object_image`."""
+"""What inspect_ai finds under the name torc_next_object: `inspect eval torc_next_object/next_object_image`."""
 
 from torc_next_object.harnesses.inspect_retrieval import retrieval, retrieve, retrieved
 from torc_next_object.harnesses.inspect_tasks import (

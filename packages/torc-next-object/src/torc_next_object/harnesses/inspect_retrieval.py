@@ -1,6 +1,6 @@
 """The closed loop as a task of inspect_ai: the model picks, the simulator plays the pick, the next picture comes back.
 
-    inspect eval torc/retrieval -T problems=validation --model PROVIDER/MODEL --max-samples 2
+    inspect eval torc_next_object/retrieval -T problems=validation --model PROVIDER/MODEL --max-samples 2
 
 Each sample is one retrieval in the simulation that `torc run` plays; a pick takes seconds, and a world some hundred MB.
 """
@@ -21,7 +21,6 @@ from inspect_ai.solver import Generate, Solver, TaskState, solver
 from inspect_ai.util import concurrency
 
 from torc import InputError
-from torc_next_object.harnesses.inspect_tasks import PACKAGE
 from torc_next_object.prompting import VARIANTS, prompt_name, prompt_text
 from torc_next_object.replies import read_number
 
@@ -33,7 +32,7 @@ _AFTER = "The last try ended as: {ended}. {left} tries are left. This is what th
 _T = TypeVar("_T")
 
 
-@task(name=f"{PACKAGE}retrieval")
+@task
 def retrieval(
     problems: str = "torc40",
     seeds: int = 1,
@@ -65,7 +64,7 @@ def retrieval(
     )
 
 
-@solver(name=f"{PACKAGE}retrieve")
+@solver
 def retrieve(variant: str, max_picks: int, history: bool = True) -> Solver:
     """Look, ask, pick, until the target is there, lost, or no try is left."""
 
@@ -98,7 +97,7 @@ def retrieve(variant: str, max_picks: int, history: bool = True) -> Solver:
     return solve
 
 
-@scorer(metrics={"*": [mean(), stderr()]}, name=f"{PACKAGE}retrieval")
+@scorer(metrics={"*": [mean(), stderr()]}, name="retrieval")
 def retrieved() -> Scorer:
     """Whether the target was brought; the picks that it took (all that there are where it was not), objects that fell
     off the table, and replies without a valid number. A simulation that broke is an error of the sample, not a failure.

@@ -1,13 +1,12 @@
 """The data set as tasks of inspect_ai: one question a sample, the score that of `torc_next_object.scoring`.
 
-    inspect eval torc/next_object_image -T data=DIR --model PROVIDER/MODEL
+    inspect eval torc_next_object/next_object_image -T data=DIR --model PROVIDER/MODEL
 
 A data set may also be named by the environment variable TORC_NEXT_OBJECT, and be one on the Hugging Face hub.
 """
 
 import math
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 from inspect_ai import Task, task
@@ -22,29 +21,25 @@ from torc_next_object.prompting import prompt_digest, prompt_name, prompt_text, 
 from torc_next_object.replies import read_number
 from torc_next_object.scoring import COLUMNS, Scored, score_answer, summary
 
-_INSTALLED = {"site-packages", "dist-packages"} & set(Path(__file__).parts)
-PACKAGE = "" if _INSTALLED else "torc/"
-"""inspect_ai prefixes names with an installed package's; of an editable one it does so only where the distribution is
-called as the import."""
 IN_METADATA = (*COLUMNS, "best")
 """Columns that go into a sample's metadata, which no model sees."""
 _GROUPS = (("difficulty", "hard"), ("target", "hidden"), ("target", "visible"))
 _SHOWN = ("regret", "regret_low", "regret_high", "top1", "top1_low", "top1_high", "lost", "invalid")
 
 
-@task(name=f"{PACKAGE}next_object_image")
+@task
 def next_object_image(data: str | None = None, split: str = "test") -> Task:
     """Which object first, by the marked picture alone."""
     return _task("image", data, split)
 
 
-@task(name=f"{PACKAGE}next_object_grasps")
+@task
 def next_object_grasps(data: str | None = None, split: str = "test") -> Task:
     """The same, told what can be grasped and what blocks what."""
     return _task("grasps", data, split)
 
 
-@task(name=f"{PACKAGE}next_object_relations")
+@task
 def next_object_relations(data: str | None = None, split: str = "test") -> Task:
     """The same, told who seems to stand behind whom."""
     return _task("relations", data, split)
@@ -67,7 +62,7 @@ def next_object_scores() -> Metric:
     return scores
 
 
-@scorer(metrics=[next_object_scores()], name=f"{PACKAGE}next_object")
+@scorer(metrics=[next_object_scores()])
 def next_object() -> Scorer:
     """What a sample's choice loses, from its metadata's table of values."""
 
