@@ -213,11 +213,12 @@ def test_the_problem_on_the_page_is_one():
 def test_the_code_on_the_page_on_extending_runs(beside_the_examples, capsys):
     names: dict = {}
     for code in _blocks("extending.md", "python"):
-        exec(code.replace("max_picks=15", "max_picks=1"), names)
-    *steps, ended, trial, name = _printed(capsys)
-    assert steps == ["removed"]
+        exec(code.replace("max_picks=2", "max_picks=1"), names)
+    step, ended, trial, table, name = _printed(capsys)
+    assert step == "removed"
     assert ended == "False budget spent 1"
-    assert trial.endswith("completed 1")
+    assert trial == "completed 1"
+    assert table.startswith("[('deep', ")
     assert name == "structured-01-dg-select-blob_perception.Blobs-0"
 
 
