@@ -57,7 +57,7 @@ class Standing:
 
 @dataclass(frozen=True)
 class Verdict:
-    """The answer: a planner's label, or None if there is none to name; and sentences."""
+    """The answer of a report: the label of the planner to use, None if none stands out, and the sentences for it."""
 
     planner: str | None
     answer: str
