@@ -235,7 +235,7 @@ def bench(
     Args:
         problems: sets ("validation", "torc40"), names, files or directories of problems: a sequence, or one text with
             commas between.
-        planners: names, planners, or classes.
+        planners: names, planners, or classes; a class is made anew for every trial.
         repeats: seeds 0, 1, ... for each planner and problem.
         workers: processes. With 1 everything runs in this process. Other processes import planners by name, so that
             with more than one a class has to be in a module or file, not in a notebook.

@@ -145,7 +145,7 @@ def make_spec(
     """
     labels = Counter(p.label for p in planners)
     if twice := [label for label, count in labels.items() if count > 1]:
-        raise InputError(f"More than one planner is called {', '.join(twice)}. Names must differ.")
+        raise InputError(f"More than one planner is called {', '.join(twice)}. Give each its own `name`.")
     trials = tuple(
         planned(p, who, seed, around, version) for seed in seeds for p in problems for who in planners
     )

@@ -48,7 +48,7 @@ def _lines(name: str) -> Iterator[str]:
         return
     if ":" in name:
         found = load_path(f"'{name}'", name)
-        fitting = [kind for kind in KINDS if _is_of(found, kind)]
+        fitting = [kind for kind in KINDS if callable(getattr(found, kind.method, None))]
         parts: list[tuple[Kind[Any] | None, Any]] = [(kind, found) for kind in fitting] or [(None, found)]
     else:
         kinds = kinds_of(name)
@@ -62,12 +62,6 @@ def _lines(name: str) -> Iterator[str]:
             what = "It" if kind is None else f"{kind.title} {name}"
             yield f"{what} has no settings." if not settings else f"{what}:"
         yield from _shown("" if kind is None else kind.option, settings, kind is None or kind.in_file)
-
-
-def _is_of(found: Any, kind: Any) -> bool:
-    """Check whether a class is a part of a kind: the fewest people mean a gripper by an arm, which has `close`, too."""
-    has = callable(getattr(found, kind.method, None))
-    return has and not (kind.option == "gripper" and callable(getattr(found, "start", None)))
 
 
 def _shown(stage: str, settings: list[tuple[str, Any]], in_file: bool) -> Iterator[str]:

@@ -7,6 +7,7 @@ import inspect
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -114,20 +115,21 @@ class _Seen(NamedTuple):
 class FromMasks(ABC, PerceptionTraits):
     """A perception that finds masks and leaves the rest to torc. Subclasses find the masks."""
 
-    config: FromMasksConfig
-
-    def __new__(cls, *_: object, **__: object) -> Self:
-        """Set the defaults, for subclasses whose own `__init__` leaves them as they are."""
-        made = super().__new__(cls)
-        FromMasks.__init__(made)
-        return made
+    config: FromMasksConfig = FromMasksConfig()
+    words: Certainty = Certainty()
+    """How sure words must be; for subclasses that read them."""
+    _references: tuple[tuple[int, ...], Float32[np.ndarray, "m d"]] | None = None
 
     def __init__(self, config: FromMasksConfig | None = None, workspace: Workspace | None = None) -> None:
-        self.config = FromMasksConfig() if config is None else config
-        self.workspace = load_workspace() if workspace is None else workspace
-        self.words = Certainty()
-        """How sure words must be; for subclasses that read them."""
-        self._references: tuple[tuple[int, ...], Float32[np.ndarray, "m d"]] | None = None
+        if config is not None:
+            self.config = config
+        if workspace is not None:
+            self.workspace = workspace
+
+    @cached_property
+    def workspace(self) -> Workspace:
+        """Table, bin and camera; the default workspace if none was given."""
+        return load_workspace()
 
     @abstractmethod
     def find(self, observation: Observation, wanted: Wanted) -> Masks:

@@ -40,15 +40,14 @@ def as_planner(planner: TaskPlanner | str | Callable[[], TaskPlanner]) -> TaskPl
     if isinstance(planner, str):
         return make_planner(planner)
     made: Any = planner
-    if callable(planner) and (isinstance(planner, type) or not hasattr(planner, "decide")):
-        made = planner()
+    if isinstance(made, type) or (callable(made) and not hasattr(made, "decide")):
+        made = made()
     if not isinstance(made, TaskPlanner) or not isinstance(made.name, str) or not made.name:
         raise InputError(
             f"{planner!r} is not a task planner: pass a name, or an object or class with a `name` and a method "
             "`decide(context, rng)`."
         )
-    planner_made: TaskPlanner = made
-    return planner_made
+    return made
 
 
 def load_planner(name: str) -> Any:

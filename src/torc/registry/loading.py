@@ -162,8 +162,7 @@ def is_shipped(kind: Kind[Any], name: str) -> bool:
     """Return whether torc's version alone determines what this part does; a user-defined part counts by its source."""
     if name in shipped_paths(kind):
         return True
-    package = part_paths(kind).get(name, "").partition(":")[0].partition(".")[0]
-    return package.startswith("torc_")  # another package of this repository
+    return satellite_of_part(kind.group, name) is not None
 
 
 def part_lines(kind: Kind[Any]) -> dict[str, str]:
