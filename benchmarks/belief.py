@@ -67,15 +67,15 @@ def first_look(system: System, problem: Problem) -> FirstLook:
     """The look before the first pick."""
     with simulated_robot(system, problem) as simulated:
         simulated.take_over()
-        observation, world = simulated.capture(), simulated.world
-        look = system.pipeline.look(observation, wanted=wanted_in(system, problem), picks_left=15)
+        capture, world = simulated.capture(), simulated.world
+        look = system.pipeline.look(capture, wanted=wanted_in(system, problem), picks_left=15)
         position = world.positions[TARGET_ID].copy()
         for other in np.flatnonzero(world.present).tolist():
             if other != TARGET_ID:
                 world.park(other, Presence.DELIVERED)
         world.update_position_stage()
         alone = simulated.capture().label_image == TARGET_ID
-    covering, counts = np.unique(observation.label_image[alone], return_counts=True)
+    covering, counts = np.unique(capture.label_image[alone], return_counts=True)
     return FirstLook(look.context, position, dict(zip(covering.tolist(), counts.tolist())))
 
 

@@ -32,13 +32,14 @@ from torc.episode.events import Event, Looked, Started
 from torc.episode.loop import run_episode
 from torc.episode.simulated import episode_in, simulated_robot
 from torc.episode.steps import EpisodeConfig
+from torc.io.record_files import load_record, save_record
 from torc.pipeline.better_bet import hold_back_unlikely
 from torc.pipeline.building import build_system
 from torc.pipeline.look import Look, Pipeline
 from torc.pipeline.planners import make_planner
 from torc.problems.problem import load_problem
 from torc.problems.sets import select_problems
-from torc.records import GraspStatus, Observation
+from torc.records import GraspStatus
 from torc.specs.conditions import Conditions
 
 Damage = Callable[[Float32[np.ndarray, "h w"], np.random.Generator], Bool[np.ndarray, "h w"]]
@@ -64,11 +65,11 @@ class Args:
 def gather(problem_name: str, looks: int, directory: Path) -> str:
     """Play a trial and keep what its first looks saw, a file each; complete or not at all."""
     problem, system = load_problem(problem_name), build_system(Conditions())
-    seen: list[Observation] = []
+    seen: list[Capture] = []
 
     def note(event: Event) -> None:
         if isinstance(event, Looked):
-            seen.append(event.look.observation)
+            seen.append(event.look.captures[0])
 
     with simulated_robot(system, problem) as simulated:
         simulated.take_over()
@@ -77,8 +78,8 @@ def gather(problem_name: str, looks: int, directory: Path) -> str:
         run_episode(episode_in(simulated, system, EpisodeConfig(looks), [note]), planner, started)
     aside = directory.with_suffix(".partial")
     aside.mkdir(parents=True, exist_ok=True)
-    for pick, observation in enumerate(seen[:looks]):
-        np.savez_compressed(aside / f"{pick}.npz", **vars(observation))
+    for pick, capture in enumerate(seen[:looks]):
+        save_record(capture, aside / f"{pick}.npz")
     aside.rename(directory)
     return f"{directory.name}: {len(seen[:looks])} frames"
 
@@ -157,16 +158,17 @@ class Row:
 def compare(frame: Path, path: Path) -> str:
     """Look at a frame, complete and damaged in every way, and keep the rows."""
     pipeline = build_system(Conditions()).pipeline
-    with np.load(frame) as stored:
-        observation = Observation(**stored)
+    capture = load_record(frame, Capture)
     open_holes = replace(pipeline, occlusion=replace(pipeline.occlusion, hole_rad=0.0))
-    full, frame_name = look(pipeline, observation), f"{frame.parent.name}/{frame.stem}"
+    full, frame_name = look(pipeline, capture), f"{frame.parent.name}/{frame.stem}"
     before = _sound(full, full, pipeline)
-    rows = [row(full, before, look(pipeline, observation, seed=1), pipeline, CHANCE, BRIDGED)]
+    rows = [row(full, before, look(pipeline, capture, seed=1), pipeline, CHANCE, BRIDGED)]
     for number, (name, damage) in enumerate(DAMAGES.items()):
         rng = np.random.default_rng([zlib.crc32(frame_name.encode()), number])
-        lost = damage(observation.depth_m, rng)
-        damaged = replace(observation, depth_m=np.where(lost, np.float32(0), observation.depth_m))
+        exact = capture.observation
+        lost = damage(exact.depth_m, rng)
+        measured = replace(exact, depth_m=np.where(lost, np.float32(0), exact.depth_m))
+        damaged = replace(capture, observation=measured)
         rows += [
             row(full, before, look(some, damaged), some, name, holes)
             for holes, some in ((BRIDGED, pipeline), (LEFT_OPEN, open_holes))
@@ -175,9 +177,9 @@ def compare(frame: Path, path: Path) -> str:
     return frame_name
 
 
-def look(pipeline: Pipeline, observation: Observation, seed: int = 0) -> Look:
+def look(pipeline: Pipeline, capture: Capture, seed: int = 0) -> Look:
     """As the first look of a trial."""
-    return pipeline.look(observation, seed=seed)
+    return pipeline.look(capture, seed=seed)
 
 
 def row(

@@ -83,8 +83,8 @@ def requests(
     pipeline = build_pipeline(Conditions(), robot, workspace)
     while len(problem.objects) > 1:
         with SimulatedRobot(build_world(problem, robot, workspace)) as simulated:
-            observation = simulated.capture()
-        look: Look = pipeline.look(observation, seed=seed)
+            capture = simulated.capture()
+        look: Look = pipeline.look(capture, seed=seed)
         graspable = look.context.report.graspable_ids
         for object_id in graspable:
             yield pick_request(look, object_id)

@@ -14,7 +14,6 @@ import tyro
 
 from torc.episode.simulated import simulated_robot
 from torc.occlusion.volume import FIXED_REAL_CAMERA, empty_volume, update_volume
-from torc.perception.privileged import LabelPerception
 from torc.perception.segmentation import REAL_CAMERA
 from torc.perception.stereo import SgbmDepth
 from torc.pipeline.building import build_system
@@ -23,6 +22,7 @@ from torc.problems.sets import select_problems
 from torc.records import EMPTY
 from torc.sim.filled import filled_voxels
 from torc.specs.conditions import Conditions
+from torc.testing.contexts import see
 
 _LITRE = 1e3
 
@@ -42,9 +42,10 @@ def measured(name: str) -> np.ndarray:
     system = build_system(Conditions(depth="sgbm"))
     with simulated_robot(system, load_problem(name)) as robot:
         robot.take_over()
-        observation, filled = SgbmDepth().measure(robot.capture()), filled_voxels(robot.world)
+        capture, filled = robot.capture(), filled_voxels(robot.world)
         grid = robot.world.workspace.grid
-    scene = LabelPerception(REAL_CAMERA).perceive(observation)
+    observation = SgbmDepth().measure(capture.observation)
+    scene = see(replace(capture, observation=observation), REAL_CAMERA)
     rows = []
     for pair in (None, observation.pair):
         view = replace(scene, observation=replace(scene.observation, pair=pair))

@@ -15,14 +15,14 @@ import numpy as np
 import tyro
 
 from torc.episode.simulated import simulated_robot
-from torc.perception.privileged import LabelPerception
 from torc.perception.segmentation import REAL_CAMERA, PerceptionConfig
 from torc.perception.stereo import SgbmDepth
 from torc.pipeline.building import build_system
 from torc.problems.problem import load_problem
 from torc.problems.sets import select_problems
-from torc.records import Observation
+from torc.records import Capture
 from torc.specs.conditions import Conditions
+from torc.testing.contexts import see
 
 _FAR_M, _LEAST_PX = 0.02, 300
 
@@ -35,7 +35,7 @@ class Args:
     """A set, problems or a directory of them, with commas between."""
 
 
-def first_look(name: str) -> Observation:
+def first_look(name: str) -> Capture:
     """With exact depth, and the pair."""
     system = build_system(Conditions(depth="sgbm"))
     with simulated_robot(system, load_problem(name)) as robot:
@@ -43,10 +43,10 @@ def first_look(name: str) -> Observation:
         return robot.capture()
 
 
-def measured(exact: Observation, config: PerceptionConfig) -> Iterator[tuple[float, float]]:
+def measured(capture: Capture, config: PerceptionConfig) -> Iterator[tuple[float, float]]:
     """Per object: share of readings far off, and how far the cloud ends behind the exact one, metres."""
-    truth = LabelPerception().perceive(exact)
-    seen = LabelPerception(config).perceive(SgbmDepth().measure(exact))
+    exact, truth = capture.observation, see(capture)
+    seen = see(replace(capture, observation=SgbmDepth().measure(exact)), config)
     for o in seen.objects:
         if o.pixel_count < _LEAST_PX:
             continue

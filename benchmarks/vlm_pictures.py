@@ -13,10 +13,10 @@ import tyro
 
 from torc.benchmark.preflight import find_problems
 from torc.episode.simulated import simulated_robot
-from torc.perception.privileged import LabelPerception
 from torc.pipeline.building import build_system
 from torc.records import SegmentedScene
 from torc.specs.conditions import Conditions
+from torc.testing.contexts import see
 from torc.vlm.picture_config import PictureConfig
 from torc.vlm.pictures import pictures_of, shown_part
 
@@ -70,7 +70,7 @@ def main(problems: str = "validation") -> None:
     for problem in find_problems(problems).values():
         with simulated_robot(system, problem) as robot:
             robot.take_over()
-            scenes.append(LabelPerception().perceive(robot.capture()))
+            scenes.append(see(robot.capture()))
     print("| picture | objects | pixels, median | untouched, median | untouched, least | another colour |")
     print("|---|---|---|---|---|---|")
     for way in WAYS:

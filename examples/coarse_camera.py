@@ -7,8 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from torc import Observation
-from torc.protocols import Camera
+from torc.protocols import Camera, Capture, as_capture
 
 
 class CoarseCamera:
@@ -17,16 +16,16 @@ class CoarseCamera:
     def __init__(self, camera: Camera, step: int = 2) -> None:
         self.camera, self.step = camera, step
 
-    def capture(self) -> Observation:
+    def capture(self) -> Capture:
         """One snapshot; the intrinsics belong to the smaller image."""
-        full, n = self.camera.capture(), self.step
+        seen, n = as_capture(self.camera.capture()), self.step
+        full, label = seen.observation, seen.label_image
         K = full.K.copy()
         K[:2] /= n
-        label = None if full.label_image is None else np.ascontiguousarray(full.label_image[::n, ::n])
-        return replace(
+        coarse = replace(
             full,
             rgb=np.ascontiguousarray(full.rgb[::n, ::n]),
             depth_m=np.ascontiguousarray(full.depth_m[::n, ::n]),
             K=K,
-            label_image=label,
         )
+        return Capture(coarse, None if label is None else np.ascontiguousarray(label[::n, ::n]))

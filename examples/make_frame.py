@@ -25,8 +25,8 @@ def main(out: Path, problem_name: str = "validation-structured-02") -> None:
     workspace = load_workspace()
     with SimulatedRobot(build_world(problem, load_robot(), workspace)) as robot:
         robot.take_over()
-        seen = robot.capture()
-    labels = seen.label_image
+        capture = robot.capture()
+    seen, labels = capture.observation, capture.label_image
     assert labels is not None  # the simulator knows them
     np.savez_compressed(
         out,

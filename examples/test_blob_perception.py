@@ -6,7 +6,7 @@ from blob_perception import Blobs
 from torc import Wanted
 from torc.protocols import TARGET_ID
 from torc.testing.perception_conformance import check_perception
-from torc.testing.synthetic import SyntheticBox, synthetic_observation
+from torc.testing.synthetic import SyntheticBox, synthetic_capture, synthetic_observation
 
 APART = tuple(SyntheticBox(k, (0.62, -0.30 + 0.2 * k, 1.10), (0.05, 0.05, 0.10)) for k in range(3))
 
@@ -29,8 +29,8 @@ def test_things_that_stand_apart_are_objects_and_keep_their_ids():
 
 
 def test_the_target_is_found_by_its_color():
-    observation = synthetic_observation(APART)
-    second = observation.label_image == 1
+    capture = synthetic_capture(APART)
+    observation, second = capture.observation, capture.label_image == 1
     observation.rgb[second] = (30, 60, 200)
     scene = Blobs().perceive(observation, Wanted("the blue box"), None)
     assert scene.target_id == TARGET_ID

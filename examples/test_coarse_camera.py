@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 
 from coarse_camera import CoarseCamera
-from torc.perception.privileged import LabelPerception
 from torc.testing.camera_conformance import check_camera
-from torc.testing.synthetic import SyntheticBox, synthetic_observation
+from torc.testing.contexts import see
+from torc.testing.synthetic import SyntheticBox, synthetic_capture
 
 BOX = SyntheticBox(1, (0.62, -0.10, 1.10), (0.06, 0.08, 0.10))
 
 
 class _Fixed:
     def capture(self):
-        return synthetic_observation((BOX,))
+        return synthetic_capture((BOX,))
 
 
 def test_it_conforms():
@@ -22,6 +22,6 @@ def test_it_conforms():
 
 @pytest.mark.parametrize("step", [1, 2, 3])
 def test_points_stay_where_they_are(step):
-    (seen,) = LabelPerception().perceive(CoarseCamera(_Fixed(), step).capture()).objects
+    (seen,) = see(CoarseCamera(_Fixed(), step).capture()).objects
     corners = np.abs(seen.points - np.array(BOX.center)) - 0.5 * np.array(BOX.size)
     assert corners.max() < 0.002 * step

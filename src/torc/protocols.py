@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from torc.records import MAX_OBJECTS as MAX_OBJECTS
     from torc.records import ROBOT as ROBOT
     from torc.records import TARGET_ID as TARGET_ID
+    from torc.records import Capture as Capture
     from torc.records import GraspReport as GraspReport
     from torc.records import GraspSet as GraspSet
     from torc.records import OcclusionVolume as OcclusionVolume
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     from torc.records import SegmentedScene as SegmentedScene
     from torc.records import StereoPair as StereoPair
     from torc.records import Trajectory as Trajectory
+    from torc.records import as_capture as as_capture
     from torc.records.evidence import Tokens as Tokens
     from torc.registry.kinds import ArmTraits as ArmTraits
     from torc.registry.kinds import CameraTraits as CameraTraits
@@ -61,6 +63,7 @@ _HOMES = {
     "ArmTraits": "torc.registry.kinds",
     "BACKGROUND": "torc.records",
     "Camera": "torc.robots.protocols",
+    "Capture": "torc.records",
     "CameraTraits": "torc.registry.kinds",
     "Depth": "torc.perception.protocol",
     "DepthTraits": "torc.registry.kinds",
@@ -101,6 +104,7 @@ _HOMES = {
     "VlmClient": "torc.vlm.protocol",
     "VlmError": "torc.vlm.failures",
     "Workspace": "torc.workspace.description",
+    "as_capture": "torc.records",
     "kind_of_status": "torc.vlm.failures",
     "reply_of": "torc.vlm.replies",
     "segment": "torc.perception.segmentation",

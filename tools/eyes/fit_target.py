@@ -106,10 +106,10 @@ def _seen(
 ) -> tuple[Float32[np.ndarray, "n d"], tuple[int, ...], list[Extent], tuple[int, ...]]:
     """What each mask looks like, its pixels, its size, and what it shows."""
     with SimulatedCamera(build_world(problem, None, workspace), rig=StereoRig()) as camera:
-        observation = camera.capture()
-    truth = observation.label_image
+        capture = camera.capture()
+    truth = capture.label_image
     assert truth is not None  # a simulated camera knows it
-    seen = replace(SgbmDepth().measure(observation), label_image=None)
+    seen = SgbmDepth().measure(capture.observation)
     scene = EmbeddedPerception(EmbeddedConfig.rough(), workspace).perceive(seen, Wanted(""), None)
     shows = shown_by(scene, truth)
     looks = {k.id: k.look for k in scene.known}

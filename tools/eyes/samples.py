@@ -11,7 +11,7 @@ from tools.eyes.collect import BACKGROUND, SavedView, count_views
 from torc.geometry.transforms import rotation_about
 from torc.perception.embedded.inputs import PIXEL_M, View, Window, channels, cut
 from torc.perception.noise import NoiseConfig, add_sensor_noise
-from torc.records import Observation
+from torc.records import Capture, Observation
 
 SQUARE_PX = 224
 
@@ -125,7 +125,7 @@ def _noisy(saved: SavedView, rng: np.random.Generator) -> Float32[np.ndarray, "h
         dropout=float(rng.uniform(0, 0.03)),
     )
     observation = Observation(saved.rgb, saved.depth_m, saved.K, saved.T_world_camera, np.zeros(0), 0.0)
-    depth = add_sensor_noise(observation, noise, rng).depth_m
+    depth = add_sensor_noise(Capture(observation), noise, rng).observation.depth_m
     if rng.random() < 0.3:
         step = np.float32(rng.uniform(0.001, 0.004))  # coarse units
         depth = np.round(depth / step) * step

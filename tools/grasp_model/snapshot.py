@@ -11,12 +11,13 @@ from torc.episode.identity import shown_by
 from torc.grasping.features import FEATURE_NAMES
 from torc.grasping.geometric_planner import GeometricGraspPlanner
 from torc.occlusion.volume import empty_volume, update_volume
+from torc.perception.checked_scenes import ask_perception
 from torc.perception.noise import add_sensor_noise
 from torc.perception.protocol import Wanted
 from torc.pipeline.building import build_pipeline
 from torc.pipeline.look import Pipeline
 from torc.problems.problem import Problem
-from torc.records import GraspSet, Observation, OcclusionVolume, SegmentedScene
+from torc.records import Capture, GraspSet, Observation, OcclusionVolume, SegmentedScene
 from torc.robots.gripper import GripperDescription
 from torc.robots.loading import load_robot
 from torc.sim.rendering import CameraRenderer
@@ -102,33 +103,30 @@ def perceive(
     """One look at a settled scene without the arm, and what each object that is seen really is."""
     rig = StereoRig() if getattr(_seeing(eyes, workspace).depth, "needs_pair", False) else None
     with SimulatedCamera(build_world(problem, None, workspace), rig=rig) as camera:
-        observation = camera.capture()
-    scene, volume = interpret(observation, workspace, eyes, rng)
-    truth = observation.label_image
+        capture = camera.capture()
+    scene, volume = interpret(capture, workspace, eyes, rng)
+    truth = capture.label_image
     assert truth is not None  # a simulated camera knows it
     return scene, volume, shown_by(scene, truth)
 
 
 def interpret(
-    observation: Observation, workspace: Workspace, eyes: Eyes, rng: np.random.Generator
+    capture: Capture, workspace: Workspace, eyes: Eyes, rng: np.random.Generator
 ) -> tuple[SegmentedScene, OcclusionVolume]:
     """The objects in a first look at a scene, and what it left unseen, as a trial sees them."""
     seeing = _seeing(eyes, workspace)
     if seeing.noise is not None:
-        observation = add_sensor_noise(observation, seeing.noise, rng)
-    observation = seeing.depth.measure(observation)
-    if not getattr(seeing.perception, "needs_labels", False):
-        observation = replace(observation, label_image=None)
-    scene = seeing.perception.perceive(observation, Wanted(""), None)
+        capture = add_sensor_noise(capture, seeing.noise, rng)
+    capture = replace(capture, observation=seeing.depth.measure(capture.observation))
+    scene = ask_perception(seeing.perception, capture, Wanted(""), None)
     return scene, update_volume(empty_volume(workspace.grid), scene, seeing.occlusion)
 
 
-def observe(renderer: CameraRenderer, mount: CameraMount) -> Observation:
+def observe(renderer: CameraRenderer, mount: CameraMount) -> Capture:
     """One clean RGB-D frame with labels of the renderer's world, through the mount that it was made with."""
     view = renderer.render()
-    return Observation(
-        view.rgb, view.depth_m, mount.K, mount.T_world_camera, np.zeros(0), 0.0, view.label_image
-    )
+    observation = Observation(view.rgb, view.depth_m, mount.K, mount.T_world_camera, np.zeros(0), 0.0)
+    return Capture(observation, view.label_image)
 
 
 def _seeing(eyes: Eyes, workspace: Workspace) -> Pipeline:

@@ -108,7 +108,7 @@ class FrameDecider:
             pipeline = replace(pipeline, perception=TargetByText(pipeline.perception, finder))
         before = None if volume is None else EpisodeState(volume)
         with announced_compilation():
-            look = pipeline.look(frame.observation, before, wanted=marked, seed=seed, labels=given)
+            look = pipeline.look(frame.capture, before, wanted=marked, seed=seed, labels=given)
             scene = look.context.scene
             if not given:
                 _check_found(scene, wanted)
@@ -123,7 +123,7 @@ class FrameDecider:
             look,
             labels=given or {k: k for k in scene.ids},
             names=frame.names if given else {},
-            eyes=eyes_of(frame.observation, self.stages),
+            eyes=eyes_of(frame, self.stages),
             sought=sought,
             pose_estimated=frame.pose_estimated,
             warnings=(*frame.warnings, *size_doubts(scene)),
@@ -132,7 +132,7 @@ class FrameDecider:
 
 def _marked(frame: Frame, wanted: Wanted) -> Wanted:
     """Return the target for a perception that finds the objects itself: from the masks if nothing else shows it."""
-    truth = frame.observation.label_image
+    truth = frame.label_image
     if truth is None or frame.target_id is None or wanted.mark or wanted.pictures:
         return wanted
     row, col = mask_anchor(truth == frame.target_id)
@@ -181,9 +181,9 @@ def _pipeline(frame: Frame, robot: RobotDescription | str | None, stages: Pipeli
     description = load_robot(robot) if isinstance(robot, str) else robot
     who = load_robot(DEFAULT_ROBOT).gripper if description is None else description
     workspace = workspace_of(frame, with_robot=description is not None)
-    used = replace(stages, perception=eyes_of(frame.observation, stages))
+    used = replace(stages, perception=eyes_of(frame, stages))
     # Masks may come with depth of any kind; a frame without masks comes from a camera.
-    rough = frame.observation.label_image is None
+    rough = frame.label_image is None
     pipeline = build_pipeline(used, who, workspace, rough=rough, max_depth_m=_ANY_DISTANCE_M)
     refuse_made_up(used, pipeline.depth)
     return pipeline
@@ -198,10 +198,10 @@ def refuse_made_up(stages: PipelineSpec, depth: Depth) -> None:
         )
 
 
-def eyes_of(observation: Observation, stages: PipelineSpec) -> str:
+def eyes_of(frame: Frame, stages: PipelineSpec) -> str:
     """Return the chosen perception, or torc's own where the default one cannot read a picture without masks."""
     asked = stages.perception
-    blind = observation.label_image is None and asked == PipelineSpec().perception
+    blind = frame.label_image is None and asked == PipelineSpec().perception
     return _OWN_EYES if blind else asked
 
 

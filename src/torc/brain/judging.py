@@ -15,7 +15,7 @@ from torc.pipeline.building import make_stage
 from torc.pipeline.frames import frame_of
 from torc.pipeline.frames.annotated import AnnotatedPicture
 from torc.pipeline.frames.level import level_pose
-from torc.records import BACKGROUND
+from torc.records import BACKGROUND, Capture
 from torc.registry.context import BuildContext
 from torc.registry.kinds import PERCEPTIONS
 from torc.specs.conditions import PipelineSpec
@@ -44,6 +44,6 @@ def judge(picture: AnnotatedPicture, stages: PipelineSpec) -> Judged:
         raise InputError(
             f"--perception {stages.perception} is given the masks: there is nothing to evaluate."
         )
-    scene = ask_perception(perception, observation, Wanted(""), None)
+    scene = ask_perception(perception, Capture(observation), Wanted(""), None)
     found = np.where(scene.label_image >= 0, scene.label_image, np.int16(BACKGROUND)).astype(np.int16)
     return Judged(found, score_masks(found, picture.truth))

@@ -11,7 +11,7 @@ from torc.perception.protocol import Wanted
 from torc.pipeline.building import check_settings, make_stage
 from torc.pipeline.frames import frame_of
 from torc.pipeline.frames.plausibility import clean_depth
-from torc.records import Observation, SegmentedScene
+from torc.records import Capture, Observation, SegmentedScene
 from torc.registry.context import BuildContext
 from torc.specs.conditions import PipelineSpec
 
@@ -89,11 +89,10 @@ def see(observation: Observation, stages: PipelineSpec) -> Sight:
         InputError, PartError: a part cannot be made, or crashes.
     """
     observation = measured(observation, stages)
-    eyes = eyes_of(observation, stages)
     try:
         frame = frame_of(observation)
     except InputError as error:
         return Sight(observation, None, None, str(error))
     context = BuildContext(workspace=workspace_of(frame))
-    part = make_stage(replace(stages, perception=eyes), "perception", context, rough=True)
-    return Sight(observation, ask_perception(part, observation, Wanted(""), None), frame.support_z_m)
+    part = make_stage(replace(stages, perception=eyes_of(frame, stages)), "perception", context, rough=True)
+    return Sight(observation, ask_perception(part, Capture(observation), Wanted(""), None), frame.support_z_m)

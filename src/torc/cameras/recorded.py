@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Literal
 
 from torc.errors import CameraError, InputError
-from torc.pipeline.frames import load_observation
-from torc.records import Observation
+from torc.pipeline.frames import load_capture
+from torc.records import Capture
 from torc.registry.kinds import CameraTraits
 
 
@@ -26,8 +26,8 @@ class RecordedConfig:
 
 
 class RecordedCamera(CameraTraits):
-    """Gives one frame after another, with the pose that is stored in each, or estimated where there is none. Masks of
-    a frame are in its `label_image`.
+    """Gives one frame after another, with the pose that is stored in each, or estimated where there is none. With
+    the masks of frames that hold some.
     """
 
     real = True
@@ -37,17 +37,17 @@ class RecordedCamera(CameraTraits):
         self._frames: list[Path] | None = None
         self._next = 0
 
-    def capture(self) -> Observation:
+    def capture(self) -> Capture:
         """The next frame; `stamp_s` is its number, from 0. Raises CameraError after the last one, if so set, and
         InputError for frames that cannot be read, if there is none, and where a pose cannot be estimated.
         """
         return self._play(level=True)
 
-    def unplaced(self) -> Observation:
+    def unplaced(self) -> Capture:
         """The same frame, where its pose is missing and could not be estimated: it is the identity then."""
         return self._play(level=False)
 
-    def _play(self, *, level: bool) -> Observation:
+    def _play(self, *, level: bool) -> Capture:
         if self._frames is None:
             self._frames = find_frames(self.config.path)
         if self._next >= len(self._frames) and self.config.at_end == "raise":
@@ -56,9 +56,9 @@ class RecordedCamera(CameraTraits):
                 "last one."
             )
         number = min(self._next, len(self._frames) - 1)
-        observation = load_observation(self._frames[number], level=level)
+        capture = load_capture(self._frames[number], level=level)
         self._next += 1
-        return replace(observation, stamp_s=float(number))
+        return replace(capture, observation=replace(capture.observation, stamp_s=float(number)))
 
     def close(self) -> None:
         """Begins again with the first frame."""

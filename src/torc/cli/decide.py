@@ -94,7 +94,7 @@ class DecideCommand:
         frame = load_frame(self.frame)
         model = self.vlm.config()
         wanted = self._wanted(frame)
-        masked = frame.observation.label_image is not None
+        masked = frame.label_image is not None
         # With a planner that asks no model, the model of a frame without masks looks for the target.
         looks_for_target = model is not None and not masked and not (wanted.mark or wanted.pictures)
         finder = open_client(model, self.vlm.cache()) if model is not None and looks_for_target else None
@@ -129,7 +129,7 @@ class DecideCommand:
         from torc.perception.target import load_pictures
 
         told = self.mark or self.reference
-        if told and frame.observation.label_image is not None and self.stages.perception == "labels":
+        if told and frame.label_image is not None and self.stages.perception == "labels":
             raise InputError(
                 "--mark and --reference are for frames without masks; in one with masks `target` says which is the "
                 "target. Leave the options out, or the labels, or add --perception embedded."

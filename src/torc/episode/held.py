@@ -1,6 +1,6 @@
 """Look at the lifted object before delivering it: is it the target?"""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from torc.perception.checked_scenes import ask_recognition
 from torc.perception.in_hand import held_mask
 from torc.perception.protocol import Wanted
 from torc.pipeline.look import Look, Pipeline
-from torc.records import TARGET_ID, Observation
+from torc.records import TARGET_ID, Capture, Observation
 from torc.registry.kinds import DEPTHS
 from torc.robots.description import RobotDescription
 
@@ -43,7 +43,7 @@ class HeldLook:
         """Return whether the object in the hand is the target. Raises PartError if perception or depth crashed."""
         scene, pipeline = self.look.context.scene, self.pipeline
         then = scene.observation
-        seen = replace(pipeline.measured(observation, self.rng), label_image=None)
+        seen = pipeline.measured(Capture(observation), self.rng).observation
         same_view = np.array_equal(seen.T_world_camera, then.T_world_camera)
         before_m = then.depth_m.copy() if same_view else np.zeros_like(then.depth_m)
         before_m[tuple(scene.object(self.object_id).pixels.T)] = 0

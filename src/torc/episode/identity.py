@@ -33,8 +33,7 @@ class MaskFaults:
 
 def true_ids(look: Look) -> dict[int, int]:
     """Return `shown_by` for a look; empty if perception was given the true labels, or they are unknown."""
-    truth = _truth(look)
-    return {} if truth is None else shown_by(look.context.scene, truth)
+    return {} if look.truth is None else shown_by(look.context.scene, look.truth)
 
 
 def shown_by(scene: SegmentedScene, truth: Int16[np.ndarray, "h w"]) -> dict[int, int]:
@@ -50,7 +49,7 @@ def shown_by(scene: SegmentedScene, truth: Int16[np.ndarray, "h w"]) -> dict[int
 
 def mask_faults(look: Look) -> MaskFaults | None:
     """Return the faults in the masks of a look; None where `true_ids` is empty."""
-    truth = _truth(look)
+    truth = look.truth
     if truth is None:
         return None
     shared = _shared(look.context.scene, truth)
@@ -63,11 +62,6 @@ def mask_faults(look: Look) -> MaskFaults | None:
     return MaskFaults(
         *(tuple(there[chosen].tolist()) for chosen in (merged, parts >= 2, share.max(axis=0) < _LEAST_SHARE))
     )
-
-
-def _truth(look: Look) -> Int16[np.ndarray, "h w"] | None:
-    given = look.context.scene.observation.label_image is not None
-    return None if given else look.observation.label_image
 
 
 def _shared(scene: SegmentedScene, truth: Int16[np.ndarray, "h w"]) -> Int64[np.ndarray, "ids ids"]:

@@ -105,7 +105,7 @@ class TrialRecorder(TrialLog):
                 write_png(self._pick_path(event.pick, PLAIN), scene.observation.rgb)
                 save_record(view_of(event.look.context), self._pick_path(event.pick, "view.npz"))
                 if self.snapshots:
-                    save_record(event.look.observation, self._pick_path(event.pick, "observation.npz"))
+                    save_record(event.look.captures[0], self._pick_path(event.pick, "observation.npz"))
             case Decided():
                 scene, decision = event.look.context.scene, event.decision
                 # The planner may name an object that is not there; the choice is judged later.

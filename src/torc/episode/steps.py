@@ -65,9 +65,9 @@ class Steps:
     def look(self, state: EpisodeState) -> Look:
         """Return what the robot sees now, and what follows from it."""
         with self.clock.stage("capture") as lap:
-            observation = ask_camera(self.robot)
+            capture = ask_camera(self.robot)
         look = self.system.pipeline.look(
-            observation, state, wanted=self.wanted, seed=self.config.seed, picks_left=self._left(state)
+            capture, state, wanted=self.wanted, seed=self.config.seed, picks_left=self._left(state)
         )
         self.clock.add(look.seconds)
         self.tell(Looked(state.pick, look, lap.seconds + sum(look.seconds.values()), state))
@@ -106,7 +106,7 @@ class Steps:
                 outcome = PickOutcome(PickResult.NO_PLAN, choice, detail=f"{plan.stage}: {plan.reason}")
             else:
                 # Ids that perception was given are the truth, whatever the planner says.
-                named = decision.is_target and scene.observation.label_image is None
+                named = decision.is_target and not look.ids_given
                 meant = replace(plan, object_id=TARGET_ID) if named else plan
                 # A planner that names the target is trusted; otherwise the lifted object is looked at.
                 check = None if named else self._held_look(state, look, choice)

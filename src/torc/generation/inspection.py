@@ -18,7 +18,7 @@ from torc.pipeline.building import System
 from torc.pipeline.look import Pipeline
 from torc.problems.problem import NAME_KEY, SOURCE_KEY, ObjectPlacement, Problem
 from torc.problems.schema import Scalar
-from torc.records import TARGET_ID, GraspSet, Observation, OcclusionVolume, SegmentedScene
+from torc.records import TARGET_ID, Capture, GraspSet, Observation, OcclusionVolume, SegmentedScene
 from torc.robots.description import RobotDescription
 from torc.robots.loading import load_robot
 from torc.robots.names import DEFAULT_ROBOT, robot_names
@@ -89,7 +89,7 @@ class SceneView:
     """
 
     problem: Problem
-    observation: Observation
+    capture: Capture
     visibility: Visibility
 
     def fraction(self, name: str) -> float:
@@ -100,14 +100,15 @@ class SceneView:
         """Return the visible pixels of an object."""
         return int(self.visibility.pixels[self._ids[name]])
 
-    def observation_for(self, target: str) -> Observation:
+    def capture_for(self, target: str) -> Capture:
         """Return the picture with its labels for that object as the target."""
         renumbered = [o.name for o in replace(self.problem, target=target).ordered()]
-        labels = self.observation.label_image
         new_ids = np.arange(-128, 128, dtype=np.int16)
         for new_id, name in enumerate(renumbered):
             new_ids[self._ids[name] + 128] = new_id
-        return replace(self.observation, label_image=None if labels is None else new_ids[labels + 128])
+        label = self.capture.label_image
+        assert label is not None  # a renderer knows it
+        return replace(self.capture, label_image=new_ids[label + 128])
 
     @cached_property
     def _ids(self) -> dict[str, int]:
@@ -154,9 +155,9 @@ class Inspector:
             mount.T_world_camera,
             self.robot.arm.rest_qpos,
             world.time_s,
-            view.label_image,
         )
-        return SceneView(problem, observation, measure_visibility(world, mount, view.label_image))
+        capture = Capture(observation, view.label_image)
+        return SceneView(problem, capture, measure_visibility(world, mount, view.label_image))
 
     def hiddenness(self, view: SceneView, target: str) -> Hiddenness:
         """Return the group that the target belongs to."""
@@ -167,9 +168,9 @@ class Inspector:
 
         One of `looks` looks, each with other random candidates, suffices.
         """
-        observation = view.observation_for(target)
+        capture = view.capture_for(target)
         for seed in range(looks):
-            look = self._eyes.look(observation, seed=seed)
+            look = self._eyes.look(capture, seed=seed)
             if look.context.report.has_valid_grasp(TARGET_ID):
                 return True
             if look.context.scene.target_id is None:
@@ -179,7 +180,7 @@ class Inspector:
     def places(self, view: SceneView) -> int:
         """Count the poses in which an absent target could be after the first look: see `places_left`."""
         world = build_world(view.problem, None, self.workspace, UNSEEN)
-        volume = self._eyes.look(view.observation, seed=0).context.volume
+        volume = self._eyes.look(view.capture, seed=0).context.volume
         unseen = ~volume.seen & ~filled_voxels(world)
         return places_left(unseen, world.models[TARGET_ID], volume.grid.voxel_size_m)
 

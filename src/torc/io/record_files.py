@@ -146,8 +146,10 @@ def _decode(annotation: Any, value: Any, arrays: dict[str, np.ndarray]) -> Any:
         return tuple(_decode(a, v, arrays) for a, v in zip(items, value, strict=True))
     if dataclasses.is_dataclass(annotation) and isinstance(annotation, type):
         hints = typing.get_type_hints(annotation)
-        # Fields with a default may be younger than the file.
-        return annotation(**{name: _decode(hints[name], v, arrays) for name, v in value.items()})
+        # Fields with a default may be younger than the file; those that are gone are skipped.
+        return annotation(
+            **{name: _decode(hints[name], v, arrays) for name, v in value.items() if name in hints}
+        )
     if isinstance(annotation, type) and issubclass(annotation, enum.Enum):
         return annotation(value)
     return value

@@ -1,7 +1,6 @@
 """Ask any perception, camera or depth, and check that its result can be used."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,7 +8,16 @@ from jaxtyping import Bool
 
 from torc.errors import PartError
 from torc.perception.protocol import Depth, Perception, Wanted
-from torc.records import BACKGROUND, MAX_OBJECTS, ROBOT, TARGET_ID, Observation, SegmentedScene
+from torc.records import (
+    BACKGROUND,
+    MAX_OBJECTS,
+    ROBOT,
+    TARGET_ID,
+    Capture,
+    Observation,
+    SegmentedScene,
+    as_capture,
+)
 from torc.registry.kinds import PERCEPTIONS
 from torc.registry.loading import blamed, kind_of_value
 from torc.robots.protocols import Camera, Robot
@@ -19,40 +27,42 @@ _UNIT_TOLERANCE = 1e-3
 
 
 def ask_perception(
-    perception: Perception, observation: Observation, wanted: Wanted, before: SegmentedScene | None
+    perception: Perception, capture: Capture, wanted: Wanted, before: SegmentedScene | None
 ) -> SegmentedScene:
-    """Return the scene that a perception makes of a snapshot, whose masks are hidden unless it needs them.
+    """Return the scene that a perception makes of a snapshot; it receives the label image only if it needs labels.
 
     Raises PartError if it crashed or did not return a scene of this snapshot; its own TorcError passes unchanged.
     """
     what = f"Perception {type(perception).__name__}"
-    if not PERCEPTIONS.traits(perception).needs_labels:
-        observation = replace(observation, label_image=None)
+    needs_labels = PERCEPTIONS.traits(perception).needs_labels
+    given: dict[str, Any] = {"label_image": capture.label_image} if needs_labels else {}
     with blamed(what, PartError, _HELP):
-        scene: Any = perception.perceive(observation, wanted, before)
-    for fault in scene_faults(scene, observation):
+        scene: Any = perception.perceive(capture.observation, wanted, before, **given)
+    for fault in scene_faults(scene, capture.observation):
         raise PartError(f"{what} gave no valid scene: {fault}. {_HELP}")
     return scene
 
 
-def ask_camera(camera: Camera | Robot) -> Observation:
+def ask_camera(camera: Camera | Robot) -> Capture:
     """Return a snapshot from a camera, or from a robot that has one. Raises PartError as `ask_perception`."""
-    return _observation("Camera", camera, "capture()", lambda: camera.capture())
+    return _checked("Camera", camera, "capture()", lambda: camera.capture())
 
 
 def ask_depth(depth: Depth, observation: Observation) -> Observation:
     """Return the snapshot with the depth to use. Raises PartError as `ask_perception`."""
-    return _observation("Depth", depth, "measure()", lambda: depth.measure(observation))
+    return _checked("Depth", depth, "measure()", lambda: depth.measure(observation)).observation
 
 
-def _observation(kind: str, part: object, method: str, ask: Callable[[], Any]) -> Observation:
+def _checked(kind: str, part: object, method: str, ask: Callable[[], Any]) -> Capture:
     what = f"{kind} {type(part).__name__}"
     remedy = f"torc.testing.{kind.lower()}_conformance checks a {kind.lower()} against all rules (docs/extending.md)."
     with blamed(what, PartError, remedy):
-        observation: Any = ask()
-    for fault in observation_faults(observation, method):
+        capture = as_capture(ask())
+    for fault in observation_faults(capture.observation, method):
         raise PartError(f"{what} gave no valid observation: {fault}. {remedy}")
-    return observation
+    if capture.label_image is not None and capture.label_image.shape != capture.observation.depth_m.shape:
+        raise PartError(f"{what} gave a label image of another size than depth_m. {remedy}")
+    return capture
 
 
 def observation_faults(observation: Any, method: str) -> Iterator[str]:

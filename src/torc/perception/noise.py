@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float32, Int16
 
 from torc.errors import InputError
-from torc.records import BACKGROUND, Observation
+from torc.records import BACKGROUND, Capture
 
 
 @dataclass(frozen=True)
@@ -43,8 +43,9 @@ def stereo_camera() -> NoiseConfig:
     return NoiseConfig(0.002, grain_px=3, edge_loss=0.3, edge_blend=0.3, dropout=0.002, mask_erosion_px=1)
 
 
-def add_sensor_noise(observation: Observation, config: NoiseConfig, rng: np.random.Generator) -> Observation:
-    """Return a noisy copy of an observation; pixels without a reading stay so. Equal generators give equal noise."""
+def add_sensor_noise(capture: Capture, config: NoiseConfig, rng: np.random.Generator) -> Capture:
+    """Return a noisy copy of a capture; pixels without a reading stay so. Equal generators give equal noise."""
+    observation = capture.observation
     depth = observation.depth_m.astype(np.float32)
     valid = np.isfinite(depth) & (depth > 0)
     clean = np.where(valid, depth, np.float32(0))
@@ -54,10 +55,11 @@ def add_sensor_noise(observation: Observation, config: NoiseConfig, rng: np.rand
     noisy = np.maximum(noisy, np.float32(0))
     if config.dropout > 0:
         noisy[rng.random(noisy.shape) < config.dropout] = 0
-    label = observation.label_image
+    label = capture.label_image
     if label is not None and config.mask_erosion_px > 0:
         label = _erode_masks(label, config.mask_erosion_px)
-    return replace(observation, depth_m=np.where(valid, noisy, depth).astype(np.float32), label_image=label)
+    observation = replace(observation, depth_m=np.where(valid, noisy, depth).astype(np.float32))
+    return Capture(observation, label)
 
 
 def _blend_edges(

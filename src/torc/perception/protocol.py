@@ -46,7 +46,8 @@ class Wanted:
 class Perception(Protocol):
     """Finds the objects of a snapshot.
 
-    A class declares what it needs by `torc.registry.kinds.PerceptionTraits`.
+    A class declares what it needs by `torc.registry.kinds.PerceptionTraits`. With `needs_labels`, `perceive` has a
+    further keyword argument `label_image`: the true object id per pixel.
 
     It may also have a method `recognise(observation, mask, wanted, scene, object_id) -> float | None`: the probability
     that the gripper holds the target, from a snapshot after the lift and the pixels (h, w) of the held object, maybe

@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from jaxtyping import Int16
 
 from torc.collision.collision_world import CollisionWorld, build_collision_world
 from torc.errors import InputError
@@ -24,6 +25,7 @@ from torc.pipeline.state import EpisodeState, first_state, stage_rng
 from torc.pipeline.touch import with_touched
 from torc.records import (
     BACKGROUND,
+    Capture,
     GraspReport,
     GraspSet,
     GraspStatus,
@@ -31,7 +33,9 @@ from torc.records import (
     OcclusionVolume,
     PlanningContext,
     SegmentedScene,
+    as_capture,
 )
+from torc.registry.kinds import PERCEPTIONS
 from torc.robots.description import RobotDescription
 from torc.robots.gripper import GripperDescription
 from torc.specs.conditions import DEFAULT_MIN_SCORE
@@ -73,10 +77,11 @@ class StageClock:
 class View:
     """What one snapshot shows, before anything random is drawn for grasps.
 
-    `observation` is as measured; `seconds` are wall time by stage.
+    `capture` is as measured. `ids_given`: perception was given the true labels. `seconds` are wall time by stage.
     """
 
-    observation: Observation
+    capture: Capture
+    ids_given: bool
     scene: SegmentedScene
     volume: OcclusionVolume
     world: CollisionWorld
@@ -89,15 +94,22 @@ class Look:
 
     Attributes:
         context: all that task planners receive.
-        observation: as measured, with all labels that its source knows.
+        captures: one per camera, as measured, with the truth if their source knows it.
+        ids_given: perception was given the true labels, so the context's ids are the true ones.
         world: for motion planning.
         seconds: wall time by stage.
     """
 
     context: PlanningContext
-    observation: Observation
+    captures: tuple[Capture, ...]
+    ids_given: bool
     world: CollisionWorld
     seconds: dict[str, float]
+
+    @property
+    def truth(self) -> Int16[np.ndarray, "h w"] | None:
+        """The first camera's true labels where perception numbers the objects itself; None if they are unknown."""
+        return None if self.ids_given else self.captures[0].label_image
 
 
 @dataclass(frozen=True)
@@ -132,7 +144,7 @@ class Pipeline:
 
     def look(
         self,
-        observation: Observation,
+        seen: Observation | Capture,
         state: EpisodeState | None = None,
         *,
         wanted: Wanted = NOTHING_WANTED,
@@ -143,7 +155,7 @@ class Pipeline:
         """Perceive, update the occlusion volume, plan and check grasps.
 
         Args:
-            observation: the snapshot.
+            seen: the snapshot; a capture if perception needs its labels.
             state: what earlier looks and picks left; None before the first look.
             wanted: the target, in words and pictures.
             seed: decides all random draws, with the number of picks so far.
@@ -154,21 +166,22 @@ class Pipeline:
             PartError, GraspPlannerError: a part crashed, or what it returned cannot be used.
         """
         state = first_state(self.workspace.grid) if state is None else state
-        view = self.view(observation, state, wanted=wanted, seed=seed)
+        view = self.view(seen, state, wanted=wanted, seed=seed)
         return self.look_at(view, state, wanted=wanted, seed=seed, picks_left=picks_left, labels=labels)
 
-    def view(self, observation: Observation, state: EpisodeState, *, wanted: Wanted, seed: int) -> View:
+    def view(self, seen: Observation | Capture, state: EpisodeState, *, wanted: Wanted, seed: int) -> View:
         """Do the first half of `look`: perceive, and update the occlusion volume. Raises PartError."""
         clock = StageClock()
         with clock.stage("perceive"):
-            observation = self.measured(observation, stage_rng(seed, state.pick, "noise"))
-            scene = ask_perception(self.perception, observation, wanted, state.scene)
+            capture = self.measured(as_capture(seen), stage_rng(seed, state.pick, "noise"))
+            scene = ask_perception(self.perception, capture, wanted, state.scene)
         with clock.stage("occlusion"):
             volume = update_volume(state.volume, scene, self.occlusion)
             scene = _reported(scene)
         with clock.stage("collision world"):
             world = build_collision_world(volume, self.workspace)
-        return View(observation, scene, volume, world, clock.seconds)
+        ids_given = PERCEPTIONS.traits(self.perception).needs_labels
+        return View(capture, ids_given, scene, volume, world, clock.seconds)
 
     def look_at(
         self,
@@ -211,13 +224,13 @@ class Pipeline:
             target_size_m=wanted.size_m,
             hand=gripper.hand,
         )
-        return Look(context, view.observation, view.world, view.seconds | clock.seconds)
+        return Look(context, (view.capture,), view.ids_given, view.world, view.seconds | clock.seconds)
 
-    def measured(self, observation: Observation, rng: np.random.Generator) -> Observation:
+    def measured(self, capture: Capture, rng: np.random.Generator) -> Capture:
         """Return a snapshot with this pipeline's depth, after adding its noise if any."""
         if self.noise is not None:
-            observation = add_sensor_noise(observation, self.noise, rng)
-        return ask_depth(self.depth, observation)
+            capture = add_sensor_noise(capture, self.noise, rng)
+        return replace(capture, observation=ask_depth(self.depth, capture.observation))
 
     def evaluate(
         self, grasps: GraspSet, scene: SegmentedScene, volume: OcclusionVolume, world: CollisionWorld
@@ -232,13 +245,10 @@ class Pipeline:
 
 
 def _reported(scene: SegmentedScene) -> SegmentedScene:
-    """Keep only the labels of reported objects: others are perception's own, or a simulator's truth.
+    """Keep only the labels of reported objects.
 
     A few pixels of a target that counts as hidden would otherwise reveal to a planner where it is.
     """
     hidden = (scene.label_image >= 0) & ~np.isin(scene.label_image, scene.ids)
     label = np.where(hidden, np.int16(BACKGROUND), scene.label_image)
-    observation = scene.observation
-    if observation.label_image is not None:
-        observation = replace(observation, label_image=label)
-    return replace(scene, observation=observation, label_image=label)
+    return replace(scene, label_image=label)

@@ -20,7 +20,7 @@ from torc.geometry.transforms import make_pose
 from torc.perception.stereo import made_up_pair
 from torc.pipeline.look import Look, Pipeline
 from torc.pipeline.state import EpisodeState
-from torc.records import BACKGROUND, TARGET_ID, Observation
+from torc.records import BACKGROUND, TARGET_ID, Capture, Observation
 from torc.workspace.description import Workspace
 
 MESSAGE = "Compiling numerical kernels: a minute or more, once; they are cached for the next time."
@@ -60,7 +60,7 @@ def rehearse_look(pipeline: Pipeline, qpos: Float[np.ndarray, "dof"] | None = No
     return pipeline.look(_snapshot(pipeline.workspace, 95, qpos), EpisodeState(look.context.volume))
 
 
-def _snapshot(workspace: Workspace, column: int, qpos: np.ndarray) -> Observation:
+def _snapshot(workspace: Workspace, column: int, qpos: np.ndarray) -> Capture:
     """Make a snapshot of two boxes on the table from 0.8 m straight above its grid's middle; one at an image column."""
     height, width, focal, above = 120, 160, 200.0, 0.8
     depth_m = np.full((height, width), above, dtype=np.float32)
@@ -70,13 +70,13 @@ def _snapshot(workspace: Workspace, column: int, qpos: np.ndarray) -> Observatio
         depth_m[place], label[place] = above - 0.06, object_id
     middle = 0.5 * (workspace.grid.origin + workspace.grid.upper)
     R_world_camera = np.array([[0.0, -1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
-    return Observation(
+    observation = Observation(
         rgb=np.zeros((height, width, 3), dtype=np.uint8),
         depth_m=depth_m,
         K=np.array([[focal, 0.0, 0.5 * (width - 1)], [0.0, focal, 0.5 * (height - 1)], [0.0, 0.0, 1.0]]),
         T_world_camera=make_pose(R_world_camera, [middle[0], middle[1], workspace.support_z_m + above]),
         qpos=qpos,
         stamp_s=0.0,
-        label_image=label,
         pair=made_up_pair(depth_m, focal),
     )
+    return Capture(observation, label)

@@ -1,6 +1,15 @@
 """Immutable records that flow through the pipeline: every stage takes records and returns records."""
 
-from torc.records.camera import BACKGROUND, MAX_OBJECTS, ROBOT, TARGET_ID, Observation, StereoPair
+from torc.records.camera import (
+    BACKGROUND,
+    MAX_OBJECTS,
+    ROBOT,
+    TARGET_ID,
+    Capture,
+    Observation,
+    StereoPair,
+    as_capture,
+)
 from torc.records.decisions import Decision, Exchange, Hand, PlanningContext
 from torc.records.evidence import BeliefEvidence, Certainty, Corrections, Evidence, ModelEvidence
 from torc.records.graph import DependencyEdge, DependencyGraph, DependencyNode, EdgeKind
@@ -17,6 +26,7 @@ __all__ = [
     "ROBOT",
     "TARGET_ID",
     "BeliefEvidence",
+    "Capture",
     "Certainty",
     "Corrections",
     "Decision",
@@ -47,4 +57,5 @@ __all__ = [
     "Touch",
     "Trajectory",
     "VoxelGrid",
+    "as_capture",
 ]

@@ -1,4 +1,4 @@
-"""The camera's output: snapshots, and what their labels mean."""
+"""A camera's output: snapshots, what their source knows beyond them, and what labels mean."""
 
 from dataclasses import dataclass
 
@@ -40,8 +40,6 @@ class Observation:
         T_world_camera: camera pose, (4, 4), metres: p_world = T_world_camera @ p_camera.
         qpos: joint positions of the arm at that moment, radians; empty without a robot.
         stamp_s: time of the snapshot, seconds.
-        label_image: object id per pixel if the source knows it (a simulator, an annotated data set): BACKGROUND (-1),
-            ROBOT (-2), or 0 to 63, where 0 is the target. None otherwise.
         pair: the two pictures of a stereo camera, to compute depth from; None if there are none.
         pose_estimated: True if T_world_camera was estimated from the picture, with the world's origin on the support
             below the camera; it is then not a robot's base frame.
@@ -53,6 +51,26 @@ class Observation:
     T_world_camera: Float[np.ndarray, "4 4"]
     qpos: Float[np.ndarray, "n"]
     stamp_s: float
-    label_image: Int16[np.ndarray, "h w"] | None = None
     pair: StereoPair | None = None
     pose_estimated: bool = False
+
+
+@dataclass(frozen=True)
+class Capture:
+    """One camera's snapshot, and the truth if its source knows it: a simulator, or a frame that holds masks.
+
+    No task planner and no grasp planner receives a capture; a perception receives the label image only if it declares
+    `needs_labels`.
+
+    Attributes:
+        observation: the snapshot.
+        label_image: object id per pixel: BACKGROUND (-1), ROBOT (-2), or 0 to 63; None if unknown.
+    """
+
+    observation: Observation
+    label_image: Int16[np.ndarray, "h w"] | None = None
+
+
+def as_capture(seen: Observation | Capture) -> Capture:
+    """Return a snapshot as a capture, without a label image if it is an observation."""
+    return seen if isinstance(seen, Capture) else Capture(seen)

@@ -57,7 +57,7 @@ class PerceptionTraits(Traits):
     """The traits of a perception."""
 
     needs_labels: bool = False
-    """It receives the masks that a snapshot's source knows, such as a simulator's; `label_image` is None for others."""
+    """It takes the true masks: its `perceive` has a keyword argument `label_image` (object id per pixel)."""
     needs_pictures: bool = False
     """It recognises the target by reference pictures. A simulated trial takes them only then."""
     reads_words: bool = False

@@ -7,7 +7,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from jaxtyping import Float
 
-from torc.records import Observation, PickOutcome, PickPlan, Trajectory
+from torc.records import Capture, Observation, PickOutcome, PickPlan, Trajectory
 from torc.robots.description import RobotDescription
 
 
@@ -58,8 +58,8 @@ opening.
 class Camera(Protocol):
     """Takes RGB-D snapshots."""
 
-    def capture(self) -> Observation:
-        """Return one snapshot, taken now."""
+    def capture(self) -> Observation | Capture:
+        """Return one snapshot, taken now; as a Capture if the true masks are known, as in a simulation."""
 
 
 @runtime_checkable
@@ -104,8 +104,8 @@ class Robot(Protocol):
     def description(self) -> RobotDescription:
         """Kinematics and shape."""
 
-    def capture(self) -> Observation:
-        """Return one snapshot with the arm at rest."""
+    def capture(self) -> Observation | Capture:
+        """Return one snapshot with the arm at rest; as a Capture if the true masks are known."""
 
     def execute(self, plan: PickPlan, is_target: HeldCheck | None = None) -> PickOutcome:
         """Carry out one pick; the arm is at rest again afterwards.

@@ -9,12 +9,14 @@ from jaxtyping import Float
 from torc.errors import InputError
 from torc.records import (
     TARGET_ID,
+    Capture,
     FeltOutcome,
     Observation,
     PickOutcome,
     PickPlan,
     PickResult,
     StereoPair,
+    as_capture,
 )
 from torc.robots.description import RobotDescription
 from torc.robots.execution import ExecutionConfig, ExecutionTrace, Phase, PhaseTrace, execute_pick
@@ -107,9 +109,9 @@ class SimulatedRobot(Closing):
         self.world.update_position_stage()
         return absent
 
-    def capture(self) -> Observation:
-        """Return one snapshot, taken now."""
-        return self._eye.capture()
+    def capture(self) -> Capture:
+        """Return one snapshot, taken now, with its true labels."""
+        return as_capture(self._eye.capture())
 
     def aim_at(self, true_id: int | None) -> None:
         """Note which object the next pick is meant for, if perception numbers objects in its own way."""
@@ -136,7 +138,11 @@ class SimulatedRobot(Closing):
             if step.phase is Phase.LIFT and step.reached:
                 carried.update(self._contacts.carried(heights_before, self.config.risen_m))
 
-        ask = None if is_target is None else lambda: is_target(self.capture(), self.gripper.state.width_m)
+        ask = (
+            None
+            if is_target is None
+            else lambda: is_target(self.capture().observation, self.gripper.state.width_m)
+        )
         trace = execute_pick(self.arm, self.gripper, plan, self.config.execution, look, ask)
         self.last_trace = trace
         self.wait_for_rest()
@@ -237,14 +243,17 @@ class SimulatedCamera(Closing):
         self._world, self._backend, self._color, self._rig = world, backend, color or rig is not None, rig
         self._renderer: CameraRenderer | None = None
 
-    def capture(self) -> Observation:
-        """Return one snapshot, taken now. Raises MissingDependencyError if the chosen backend does not work here."""
+    def capture(self) -> Capture:
+        """Return one snapshot, taken now, with its true labels.
+
+        Raises MissingDependencyError if the chosen backend does not work here.
+        """
         mount = self._world.workspace.camera
         if self._renderer is None:
             self._renderer = CameraRenderer(self._world, mount, self._backend)
         view = self._renderer.render(color=self._color)
         pair = None if self._rig is None else self._pair(self._rig, self._renderer, view)
-        return Observation(
+        observation = Observation(
             pair=pair,
             rgb=view.rgb,
             depth_m=view.depth_m,
@@ -252,8 +261,8 @@ class SimulatedCamera(Closing):
             T_world_camera=mount.T_world_camera,
             qpos=self._arm_qpos(),
             stamp_s=self._world.time_s,
-            label_image=view.label_image,
         )
+        return Capture(observation, view.label_image)
 
     def close(self) -> None:
         """Free GL; the next capture starts it again."""

@@ -11,7 +11,7 @@ from torc.testing.conformance import require, trait_faults, unit_faults
 def check_camera(camera: Camera) -> None:
     """Take two snapshots of a scene at rest. Raises NonConformanceError with everything broken, or PartError."""
     found = trait_faults(CAMERAS, camera)
-    for observation in (ask_camera(camera), ask_camera(camera)):
+    for observation in (ask_camera(camera).observation, ask_camera(camera).observation):
         height, width = observation.depth_m.shape
         K, T = observation.K, observation.T_world_camera
         if K.shape != (3, 3) or K[0, 0] <= 0 or K[1, 1] <= 0 or K[2].tolist() != [0, 0, 1]:

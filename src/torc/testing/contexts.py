@@ -7,9 +7,13 @@ import numpy as np
 
 from torc.errors import InputError
 from torc.occlusion.volume import empty_volume, update_volume
+from torc.perception.checked_scenes import ask_perception
 from torc.perception.privileged import LabelPerception
+from torc.perception.protocol import Wanted
+from torc.perception.segmentation import PerceptionConfig
 from torc.records import (
     TARGET_ID,
+    Capture,
     GraspReport,
     GraspSet,
     GraspStatus,
@@ -18,7 +22,7 @@ from torc.records import (
     SegmentedScene,
     VoxelGrid,
 )
-from torc.testing.synthetic import Shape, SyntheticBox, random_clutter, synthetic_observation
+from torc.testing.synthetic import Shape, SyntheticBox, random_clutter, synthetic_capture
 from torc.workspace.description import CameraMount
 from torc.workspace.workspace_files import load_workspace
 
@@ -43,7 +47,12 @@ def box(
 
 def perceive(shapes: Sequence[Shape], mount: CameraMount | None = None) -> SegmentedScene:
     """Return the scene that a camera, by default the small one, perceives of these shapes, labels given."""
-    return LabelPerception().perceive(synthetic_observation(shapes, mount or small_mount()))
+    return see(synthetic_capture(shapes, mount or small_mount()))
+
+
+def see(capture: Capture, config: PerceptionConfig | None = None) -> SegmentedScene:
+    """Return what the perception `labels` finds in a capture."""
+    return ask_perception(LabelPerception(config), capture, Wanted(""), None)
 
 
 def make_context(

@@ -21,7 +21,7 @@ from torc.registry.kinds import MOTION_PLANNERS
 from torc.specs.conditions import Conditions
 from torc.testing.conformance import called_twice, made, require, trait_faults
 from torc.testing.contexts import box
-from torc.testing.synthetic import synthetic_observation
+from torc.testing.synthetic import synthetic_capture
 
 _SHAPES = (
     box(0, 0.62, 0.0, (0.05, 0.05, 0.10)),
@@ -39,9 +39,9 @@ def _system() -> System:
 def requests() -> tuple[PickRequest, ...]:
     """Return a request per object that the shipped robot can grasp, in a small scene."""
     system = _system()
-    observation = synthetic_observation(_SHAPES, system.workspace.camera)
+    capture = synthetic_capture(_SHAPES, system.workspace.camera)
     look = system.pipeline.look(
-        replace(observation, qpos=system.robot.arm.rest_qpos),
+        replace(capture, observation=replace(capture.observation, qpos=system.robot.arm.rest_qpos)),
         wanted=Wanted("the box"),
     )
     return tuple(pick_request(look, k) for k in look.context.report.graspable_ids)

@@ -1,7 +1,6 @@
 """Check what every perception must do: `check_perception(MyPerception)`. How well it finds objects is not judged."""
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from torc.records import SegmentedScene
 from torc.registry.kinds import PERCEPTIONS
 from torc.testing.conformance import called_twice, require, trait_faults
 from torc.testing.contexts import box
-from torc.testing.synthetic import Shape, synthetic_observation
+from torc.testing.synthetic import Shape, synthetic_capture
 
 _CASES: dict[str, tuple[Shape, ...]] = {
     "a single box": (box(1, 0.62, -0.10, (0.05, 0.06, 0.10)),),
@@ -43,11 +42,12 @@ def _look(
     perception: Perception, shapes: tuple[Shape, ...], before: SegmentedScene | None
 ) -> tuple[SegmentedScene | None, list[str]]:
     """Return the scene, None if it is unusable, and the rules that were broken."""
-    observation = synthetic_observation(shapes)
-    if not PERCEPTIONS.traits(perception).needs_labels:  # hidden from it in trials, too
-        observation = replace(observation, label_image=None)
+    capture = synthetic_capture(shapes)
+    observation, given = capture.observation, {}
+    if PERCEPTIONS.traits(perception).needs_labels:
+        given["label_image"] = capture.label_image
     scenes, found = called_twice(
-        lambda: perception.perceive(observation, Wanted("the blue tuna can"), before),
+        lambda: perception.perceive(observation, Wanted("the blue tuna can"), before, **given),
         observation,
         "the observation",
     )

@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float, Float32, Int16, UInt8
 
 from torc.errors import InputError
 from torc.geometry.transforms import make_pose, project, rotation_from_wxyz
-from torc.records import BACKGROUND, MAX_OBJECTS, Observation
+from torc.records import BACKGROUND, MAX_OBJECTS, Capture, Observation
 from torc.sim.raycasting import cast, pixel_directions
 from torc.workspace.description import CameraMount
 from torc.workspace.workspace_files import load_workspace
@@ -166,18 +166,28 @@ def synthetic_observation(
     support_z_m: float | None = None,
     stamp_s: float = 0.0,
 ) -> Observation:
+    """Return the observation of `synthetic_capture`."""
+    return synthetic_capture(shapes, mount, support_z_m, stamp_s).observation
+
+
+def synthetic_capture(
+    shapes: Sequence[Shape],
+    mount: CameraMount | None = None,
+    support_z_m: float | None = None,
+    stamp_s: float = 0.0,
+) -> Capture:
     """Return what a camera, by default the workspace's, sees of the shapes: exact depth and labels, shaded colours."""
     mount = mount or load_workspace().camera
     image = raycast(shapes, mount, support_z_m)
-    return Observation(
+    observation = Observation(
         rgb=_shade(image, mount.T_world_camera),
         depth_m=image.depth_m,
         K=mount.K,
         T_world_camera=mount.T_world_camera,
         qpos=np.zeros(0),
         stamp_s=stamp_s,
-        label_image=image.label_image,
     )
+    return Capture(observation, image.label_image)
 
 
 def random_clutter(rng: np.random.Generator, n: int) -> tuple[Shape, ...]:

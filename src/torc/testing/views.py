@@ -7,9 +7,9 @@ import numpy as np
 
 from torc.collision.collision_world import CollisionWorld, build_collision_world
 from torc.occlusion.volume import FIXED_CAMERA, empty_volume, update_volume
-from torc.perception.privileged import LabelPerception
 from torc.records import OcclusionVolume, SegmentedScene
-from torc.testing.synthetic import Shape, random_clutter, synthetic_observation
+from torc.testing.contexts import perceive
+from torc.testing.synthetic import Shape, random_clutter
 from torc.workspace.description import Workspace
 from torc.workspace.workspace_files import load_workspace
 
@@ -39,7 +39,7 @@ class View:
 def view_of(*shapes: Shape, workspace: Workspace | None = None) -> View:
     """Take one snapshot of shapes."""
     workspace = load_workspace() if workspace is None else workspace
-    scene = LabelPerception().perceive(synthetic_observation(shapes, workspace.camera))
+    scene = perceive(shapes, workspace.camera)
     volume = update_volume(empty_volume(workspace.grid), scene, FIXED_CAMERA)
     return View(shapes, workspace, scene, volume)
 

@@ -1,5 +1,7 @@
 """Find the target by its description: a model says which of the numbered objects it is, if any."""
 
+from typing import Any
+
 from torc.drawing.marking import mark_image
 from torc.errors import InputError
 from torc.io.pictures import png_bytes
@@ -37,7 +39,7 @@ class TargetByText(PerceptionTraits):
         """All prompts and replies so far."""
 
     def perceive(
-        self, observation: Observation, wanted: Wanted, before: SegmentedScene | None
+        self, observation: Observation, wanted: Wanted, before: SegmentedScene | None, **given: Any
     ) -> SegmentedScene:
         """Return the scene, with the target if the model finds it.
 
@@ -47,7 +49,7 @@ class TargetByText(PerceptionTraits):
         """
         if not wanted.description.strip():
             raise InputError("A model can look for the target only by a description of it: there is none.")
-        scene = self._objects.perceive(observation, wanted, before)
+        scene = self._objects.perceive(observation, wanted, before, **given)
         if scene.target_id is not None or not scene.objects or frozenset(scene.ids) <= self._refused:
             return scene
         found, exchanges = find_target(self._client, scene, wanted.description)

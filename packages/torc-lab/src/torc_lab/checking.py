@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 
 from torc import InputError, TorcError
+from torc.records import as_capture
 from torc.registry.loading import blamed
 from torc_lab.calibration.marker import MOVED_M, marker_shift_m
 from torc_lab.calibration.noted import is_calibrated, marker_of_lab
@@ -175,11 +176,11 @@ def _gripper(lab: Lab, gripper: GripperDriver, ask: Ask | None) -> Iterator[Find
 
 def _camera(lab: Lab, camera: Any) -> Iterator[Finding]:
     began = time.monotonic()
-    first = camera.capture()
+    first = as_capture(camera.capture()).observation
     opened_s = time.monotonic() - began
     time.sleep(_APART_S)
     began = time.monotonic()
-    second = camera.capture()
+    second = as_capture(camera.capture()).observation
     took_s = time.monotonic() - began
     height, width = first.depth_m.shape
     share = float((second.depth_m > 0).mean())

@@ -3,8 +3,8 @@
 from collections.abc import Callable
 from dataclasses import replace
 
-from torc import Observation, PickOutcome
-from torc.records import PickPlan
+from torc import PickOutcome
+from torc.records import Capture, PickPlan, as_capture
 from torc.robots.description import RobotDescription
 from torc.robots.execution import ExecutionConfig, ExecutionTrace, PhaseTrace, execute_pick
 from torc.robots.protocols import Arm, Camera, Gripper, HeldCheck
@@ -34,19 +34,24 @@ class LabRobot:
         self.last_trace: ExecutionTrace | None = None
         """What was commanded in the latest pick, and what the robot felt."""
 
-    def capture(self) -> Observation:
+    def capture(self) -> Capture:
         """One snapshot, with the joints as they are. Raises LabError, also for a picture that came before, and
         CameraError.
         """
-        seen = self.camera.capture()
+        capture = as_capture(self.camera.capture())
+        seen = capture.observation
         if seen.stamp_s != 0 and seen.stamp_s == self._last_stamp_s:
             raise LabError("The camera is frozen: it gave the same picture twice.")
         self._last_stamp_s = seen.stamp_s
-        return replace(seen, qpos=self.arm.qpos)
+        return replace(capture, observation=replace(seen, qpos=self.arm.qpos))
 
     def execute(self, plan: PickPlan, is_target: HeldCheck | None = None) -> PickOutcome:
         """Carries out one pick. Raises LabError: then the pick has no result."""
-        ask = None if is_target is None else lambda: is_target(self.capture(), self.gripper.state.width_m)
+        ask = (
+            None
+            if is_target is None
+            else lambda: is_target(self.capture().observation, self.gripper.state.width_m)
+        )
         trace = execute_pick(self.arm, self.gripper, plan, self.config, self._on_phase, ask)
         self.last_trace = trace
         return PickOutcome(

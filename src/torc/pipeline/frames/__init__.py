@@ -6,11 +6,11 @@ target; a frame in which no object has that label is refused.
 
 from torc.pipeline.frames.frame_files import (
     frame_of,
+    load_capture,
     load_frame,
-    load_observation,
     save_frame,
     save_observation,
 )
 from torc.pipeline.frames.stored import Frame
 
-__all__ = ["Frame", "frame_of", "load_frame", "load_observation", "save_frame", "save_observation"]
+__all__ = ["Frame", "frame_of", "load_capture", "load_frame", "save_frame", "save_observation"]

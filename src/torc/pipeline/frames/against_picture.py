@@ -11,7 +11,7 @@ from torc.geometry.transforms import Pose, invert, rotation_from_wxyz, wxyz_from
 from torc.pipeline.frames.along_rays import along_rays_doubt
 from torc.pipeline.frames.level import level_pose
 from torc.pipeline.frames.support_plane import level_heights, level_share
-from torc.records import Observation
+from torc.records import Capture, Observation
 
 _TABLE_TOP_M = (0.2, 2.5)
 """Median depth of pictures of supports. Other pictures are scaled to 1 m before a support is looked for."""
@@ -77,8 +77,9 @@ def direction_of(where: str, key: str, pose: Pose, observation: Observation) -> 
     )
 
 
-def doubts(observation: Observation, support_z_m: float | None) -> tuple[str, ...]:
+def doubts(capture: Capture, support_z_m: float | None) -> tuple[str, ...]:
     """Return messages where the picture contradicts its kind of depth, or the given pose, support or depth unit."""
+    observation = capture.observation
     if text := along_rays_doubt(observation.depth_m, observation.K):
         return (text,)
     if observation.pose_estimated:
@@ -91,7 +92,7 @@ def doubts(observation: Observation, support_z_m: float | None) -> tuple[str, ..
         return _tilted(observation, plane, tilt)
     if tilt > _LEVEL_DEG or support_z_m is None:
         return ()
-    return _height_off(observation, plane, support_z_m)
+    return _height_off(capture, plane, support_z_m)
 
 
 def _tilted(observation: Observation, plane: Plane, tilt: float) -> tuple[str, ...]:
@@ -143,16 +144,16 @@ def _is_level_somewhere(observation: Observation) -> bool:
     return level_share(observation) > 0.1
 
 
-def _height_off(observation: Observation, plane: Plane, support_z_m: float) -> tuple[str, ...]:
+def _height_off(capture: Capture, plane: Plane, support_z_m: float) -> tuple[str, ...]:
     """Report a support_z_m or a unit of depth that does not fit the picture, the likelier cause first."""
-    camera_z_m = float(observation.T_world_camera[2, 3])
+    camera_z_m = float(capture.observation.T_world_camera[2, 3])
     camera_m, seen_z_m = camera_z_m - support_z_m, camera_z_m - plane.distance_m
     if camera_m <= 0 or abs(plane.distance_m - camera_m) < _OFF_M:
         return ()
     unit = _fitting_unit(plane.distance_m / camera_m)
     height_first = not unit or _is_height_likelier(plane.distance_m, seen_z_m, support_z_m)
     # Depth that is far too small can bring anything to the given height.
-    if (height_first or seen_z_m < support_z_m) and _may_be_support(observation, support_z_m, seen_z_m):
+    if (height_first or seen_z_m < support_z_m) and _may_be_support(capture, support_z_m, seen_z_m):
         return ()
     if not height_first:
         return (
@@ -168,7 +169,7 @@ def _height_off(observation: Observation, plane: Plane, support_z_m: float) -> t
     )
 
 
-def _may_be_support(observation: Observation, support_z_m: float, seen_z_m: float) -> bool:
+def _may_be_support(capture: Capture, support_z_m: float, seen_z_m: float) -> bool:
     """Check whether a level surface lies at the given height, and is not just the floor around the largest one.
 
     A bin's may be smaller than the table that it stands on.
@@ -176,7 +177,7 @@ def _may_be_support(observation: Observation, support_z_m: float, seen_z_m: floa
     above_m = seen_z_m - support_z_m
     if above_m > _BIN_DEPTH_M:
         return False
-    heights = level_heights(observation)
+    heights = level_heights(capture)
     given, largest = (
         np.count_nonzero(np.abs(heights - z) < _SAME_M) / max(len(heights), 1)
         for z in (support_z_m, seen_z_m)

@@ -124,18 +124,10 @@ def _frames(root: Path) -> _Found:
 
 def _of_frame(place: Path, root: Path) -> AnnotatedPicture:
     frame = load_frame(place)
-    truth = frame.observation.label_image
+    truth = frame.label_image
     if truth is None:
         raise InputError(f"{place} has no masks to compare with: give labels, or leave it out.")
-    bare = Observation(
-        frame.observation.rgb,
-        frame.observation.depth_m,
-        frame.observation.K,
-        frame.observation.T_world_camera,
-        np.zeros(0),
-        0.0,
-    )
-    return AnnotatedPicture(place.relative_to(root).as_posix(), bare, True, truth)
+    return AnnotatedPicture(place.relative_to(root).as_posix(), frame.observation, True, truth)
 
 
 def _picture(

@@ -24,7 +24,7 @@ from torc.pipeline.frames.support_plane import (
     standing_points,
 )
 from torc.pipeline.frames.writing import write_frame, write_observation
-from torc.records import BACKGROUND, MAX_OBJECTS, ROBOT, TARGET_ID, Observation, VoxelGrid
+from torc.records import BACKGROUND, MAX_OBJECTS, ROBOT, TARGET_ID, Capture, Observation, VoxelGrid
 
 _RANGE = PerceptionConfig()
 _FEWEST_POINTS = 30
@@ -46,10 +46,11 @@ def load_frame(path: str | Path) -> Frame:
     """
     stored = read_frame(Path(path))
     given = stored.settings
-    observation, ids, notes = _observed(stored)
-    if observation.label_image is not None:
-        _check_range(stored.where, observation)
-    support_z_m, grid = _support_height(stored.where, observation, given.support_z_m), given.grid
+    capture, ids, notes = _observed(stored)
+    observation = capture.observation
+    if capture.label_image is not None:
+        _check_range(stored.where, observation, capture.label_image)
+    support_z_m, grid = _support_height(stored.where, capture, given.support_z_m), given.grid
     return Frame(
         observation=observation,
         target_id=TARGET_ID if TARGET_ID in ids.values() else None,
@@ -57,20 +58,21 @@ def load_frame(path: str | Path) -> Frame:
         support_z_m=support_z_m,
         grid=VoxelGrid(np.array(grid.origin), grid.voxel_size_m, grid.shape)
         if grid
-        else grid_around(_standing(stored.where, observation, support_z_m), support_z_m),
+        else grid_around(_standing(stored.where, capture, support_z_m), support_z_m),
         labels=MappingProxyType({i: label for label, i in ids.items()}),
         names=MappingProxyType({ids[k]: name for k, name in given.names.items() if k in ids}),
+        label_image=capture.label_image,
         support_estimated=given.support_z_m is None,
         warnings=(
             *notes,
             *intrinsics_doubts(observation.K, observation.depth_m.shape),
-            *doubts(observation, given.support_z_m),
+            *doubts(capture, given.support_z_m),
             *filter(None, [registration_doubt(observation.rgb, observation.depth_m)]),
         ),
     )
 
 
-def load_observation(path: str | Path, *, level: bool = True) -> Observation:
+def load_capture(path: str | Path, *, level: bool = True) -> Capture:
     """Load what a frame's camera saw, whether or not anything stands in sight. Raises as `load_frame`.
 
     Without `level` a missing pose is the identity, not estimated.
@@ -83,9 +85,10 @@ def frame_of(observation: Observation, where: str = "The snapshot") -> Frame:
 
     Raises InputError as `load_frame`.
     """
-    observation = replace(observation, label_image=None, depth_m=clean_depth(where, observation.depth_m))
-    support_z_m = _support_height(where, observation, None)
-    grid = grid_around(_standing(where, observation, support_z_m), support_z_m)
+    observation = replace(observation, depth_m=clean_depth(where, observation.depth_m))
+    capture = Capture(observation)
+    support_z_m = _support_height(where, capture, None)
+    grid = grid_around(_standing(where, capture, support_z_m), support_z_m)
     return Frame(observation, None, "", support_z_m, grid, support_estimated=True)
 
 
@@ -114,8 +117,8 @@ def save_observation(path: str | Path, observation: Observation, target_descript
         raise InputError(f"Cannot write the frame to '{path}': {error}.") from error
 
 
-def _observed(stored: StoredFrame, level: bool = True) -> tuple[Observation, dict[int, int], tuple[str, ...]]:
-    """Return the checked observation of a file, the object id per label, and notes on how the file was understood.
+def _observed(stored: StoredFrame, level: bool = True) -> tuple[Capture, dict[int, int], tuple[str, ...]]:
+    """Return the checked snapshot of a file, the object id per label, and notes on how the file was understood.
 
     A missing pose is estimated.
     """
@@ -138,21 +141,21 @@ def _observed(stored: StoredFrame, level: bool = True) -> tuple[Observation, dic
         pose,
         np.zeros(0),
         0.0,
-        label_image=label_image,
         pair=stored.pair,
         pose_estimated=given.pose_estimated or given.T_world_camera is None,
     )
     missing = given.T_world_camera is None and level
-    return (_levelled(stored, observation) if missing else observation), ids, (*notes, *table)
+    capture = Capture(observation, label_image)
+    return (_levelled(stored, capture) if missing else capture), ids, (*notes, *table)
 
 
-def _levelled(stored: StoredFrame, observation: Observation) -> Observation:
-    """Return the observation with the pose estimated from the support in the picture.
+def _levelled(stored: StoredFrame, capture: Capture) -> Capture:
+    """Return the snapshot with the pose estimated from the support in the picture.
 
     Raises InputError if other entries of the frame refer to an unknown world.
     """
-    where, given = stored.where, stored.settings
-    if observation.label_image is not None:
+    where, given, observation = stored.where, stored.settings, capture.observation
+    if capture.label_image is not None:
         raise InputError(
             f"{where}, key T_world_camera: is missing; add it. Only for frames without masks it is estimated."
         )
@@ -162,10 +165,10 @@ def _levelled(stored: StoredFrame, observation: Observation) -> Observation:
             f"Add that; or leave out {' and '.join(told)}: torc then estimates the pose, with the support at z = 0."
         )
     try:
-        return replace(observation, T_world_camera=level_pose(observation), pose_estimated=True)
+        return Capture(replace(observation, T_world_camera=level_pose(observation), pose_estimated=True))
     except InputError as error:
         raise InputError(
-            f"{where}, key T_world_camera: is missing, and cannot be estimated. {error}{_doubts(observation)}"
+            f"{where}, key T_world_camera: is missing, and cannot be estimated. {error}{_doubts(capture)}"
         ) from error
 
 
@@ -230,10 +233,9 @@ def _target_label(stored: StoredFrame, present: list[int]) -> int | None:
     return label
 
 
-def _check_range(where: str, observation: Observation) -> None:
+def _check_range(where: str, observation: Observation, label: Int16[np.ndarray, "h w"]) -> None:
     """Refuse frames whose objects lie mostly outside the range that perception uses."""
-    label, depth_m = observation.label_image, observation.depth_m
-    assert label is not None
+    depth_m = observation.depth_m
     readings = depth_m[(label >= 0) & (depth_m > 0)]
     if len(readings) == 0:
         raise InputError(
@@ -247,19 +249,20 @@ def _check_range(where: str, observation: Observation) -> None:
         )
 
 
-def _support_height(where: str, observation: Observation, known_z_m: float | None) -> float:
+def _support_height(where: str, capture: Capture, known_z_m: float | None) -> float:
     """Return the height of the support, estimated if unknown; check that the camera can see the objects on it."""
-    points, pose = _things(observation), observation.T_world_camera
+    observation = capture.observation
+    points, pose = _things(capture), observation.T_world_camera
     support_z_m, hint = known_z_m, _flip_hint(points, pose)
     try:
         if support_z_m is None:  # an estimated pose has the support at z = 0
-            support_z_m = 0.0 if observation.pose_estimated else estimate_support_z_m(observation)
+            support_z_m = 0.0 if observation.pose_estimated else estimate_support_z_m(capture)
     except InputError as error:
-        raise InputError(f"{where}: {error}{hint}{_doubts(observation)}") from error
+        raise InputError(f"{where}: {error}{hint}{_doubts(capture)}") from error
     height = points[:, 2] - support_z_m
     seen = float(np.mean((height > -0.03) & (height < 1.5)))
-    if pose[2, 3] <= support_z_m or (observation.label_image is not None and seen < 0.2):
-        hint += _doubts(observation, support_z_m)
+    if pose[2, 3] <= support_z_m or (capture.label_image is not None and seen < 0.2):
+        hint += _doubts(capture, support_z_m)
         raise InputError(
             f"{where}: the camera does not see the workspace: it is at z = {pose[2, 3]:.3f} m, the support "
             f"surface at {support_z_m:.3f} m, and {seen:.0%} of the objects' points lie 0..1.5 m above that (median "
@@ -269,24 +272,26 @@ def _support_height(where: str, observation: Observation, known_z_m: float | Non
     return support_z_m
 
 
-def _doubts(observation: Observation, support_z_m: float | None = None) -> str:
+def _doubts(capture: Capture, support_z_m: float | None = None) -> str:
     """Return what the picture contradicts, for the end of a message."""
-    return "".join(f" {doubt}" for doubt in doubts(observation, support_z_m))
+    return "".join(f" {doubt}" for doubt in doubts(capture, support_z_m))
 
 
-def _things(observation: Observation) -> Float[np.ndarray, "n 3"]:
+def _things(capture: Capture) -> Float[np.ndarray, "n 3"]:
     """Return points of what may be objects: those with a label; without labels, all in sight."""
-    if observation.label_image is not None:
-        return object_points(observation)
+    if capture.label_image is not None:
+        return object_points(capture)
+    observation = capture.observation
     rows, cols = np.nonzero(observation.depth_m > 0)
     depth = observation.depth_m[rows, cols].astype(float)
     return unproject(rows, cols, depth, observation.K, observation.T_world_camera)
 
 
-def _standing(where: str, observation: Observation, support_z_m: float) -> Float[np.ndarray, "n 3"]:
+def _standing(where: str, capture: Capture, support_z_m: float) -> Float[np.ndarray, "n 3"]:
     """Return points of what stands on the support. Raises InputError if nothing does."""
-    if observation.label_image is not None:
-        return object_points(observation)
+    if capture.label_image is not None:
+        return object_points(capture)
+    observation = capture.observation
     points = standing_points(observation, support_z_m)
     if len(points) < _FEWEST_POINTS:
         placed = not observation.pose_estimated
@@ -295,7 +300,7 @@ def _standing(where: str, observation: Observation, support_z_m: float) -> Float
         raise InputError(
             f"{where}: nothing stands on the support: {len(points)} pixels show anything above the largest level "
             f"surface in sight{at} and {np.mean(observation.depth_m > 0):.0%} have a reading of depth at all. Is the "
-            f"table empty, or does one object fill the picture? If not, check {check}.{_doubts(observation)}"
+            f"table empty, or does one object fill the picture? If not, check {check}.{_doubts(capture)}"
         )
     return points
 

@@ -6,7 +6,7 @@ from types import MappingProxyType
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from jaxtyping import Float32, Int64, UInt8
+from jaxtyping import Float32, Int16, Int64, UInt8
 from pydantic import (
     AfterValidator,
     BaseModel,
@@ -22,7 +22,7 @@ from pydantic import (
 from torc.geometry.transforms import Pose
 from torc.io.strict_yaml import Number
 from torc.pipeline.frames.values import parse_intrinsics, parse_pose
-from torc.records import ROBOT, Observation, StereoPair, VoxelGrid
+from torc.records import ROBOT, Capture, Observation, StereoPair, VoxelGrid
 
 HIDDEN = "hidden"
 """Value of `target` while the target is not in sight."""
@@ -77,11 +77,12 @@ class Settings(BaseModel):
 
 @dataclass(frozen=True)
 class Frame:
-    """One frame, ready for the pipeline: its label image holds object ids 0..63, the target being 0.
-
-    Without masks it has no label image, and a perception has to find the objects.
+    """One frame, ready for the pipeline.
 
     Attributes:
+        observation: the snapshot.
+        label_image: the masks: object id per pixel, 0 to 63, the target being 0. None without masks: a perception then
+            has to find the objects.
         target_id: TARGET_ID, or None while the target is hidden or unknown.
         support_z_m: height of the surface that the objects stand on.
         grid: region of the occlusion volume.
@@ -96,8 +97,14 @@ class Frame:
     grid: VoxelGrid
     labels: Mapping[int, int] = field(default_factory=lambda: MappingProxyType({}))
     names: Mapping[int, str] = field(default_factory=lambda: MappingProxyType({}))
+    label_image: Int16[np.ndarray, "h w"] | None = None
     support_estimated: bool = False
     warnings: tuple[str, ...] = ()
+
+    @property
+    def capture(self) -> Capture:
+        """The snapshot with its masks."""
+        return Capture(self.observation, self.label_image)
 
     @property
     def pose_estimated(self) -> bool:

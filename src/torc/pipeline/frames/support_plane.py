@@ -1,6 +1,5 @@
 """Find where the objects stand, from one frame: the support's height and a voxel grid around the objects."""
 
-from dataclasses import replace
 from typing import NamedTuple
 
 import cv2
@@ -11,7 +10,7 @@ from torc.errors import InputError
 from torc.geometry.transforms import unproject
 from torc.perception.embedded.inputs import View
 from torc.perception.embedded.region import rising
-from torc.records import BACKGROUND, Observation, VoxelGrid
+from torc.records import BACKGROUND, Capture, Observation, VoxelGrid
 
 _HORIZONTAL_COS = 0.966
 """Least |z| of a unit normal of a horizontal surface: 15 deg."""
@@ -25,15 +24,16 @@ _MAX_VOXELS = 4_000_000
 _OUTLINE_VOXEL_M = 0.01
 
 
-def object_points(observation: Observation) -> Float[np.ndarray, "n 3"]:
-    """Return world points of all pixels with a depth that show an object."""
-    label, depth = observation.label_image, observation.depth_m
-    assert label is not None  # every frame has one
+def object_points(capture: Capture) -> Float[np.ndarray, "n 3"]:
+    """Return world points of all pixels with a depth that show an object, by the labels."""
+    observation, label = capture.observation, capture.label_image
+    assert label is not None  # only for frames with masks
+    depth = observation.depth_m
     rows, cols = np.nonzero((label >= 0) & (depth > 0))
     return unproject(rows, cols, depth[rows, cols].astype(float), observation.K, observation.T_world_camera)
 
 
-def estimate_support_z_m(observation: Observation) -> float:
+def estimate_support_z_m(capture: Capture) -> float:
     """Estimate the height of the horizontal surface that the objects stand on.
 
     Background pixels on horizontal surfaces are counted by height. Of the heights with many pixels (the table, perhaps
@@ -42,14 +42,14 @@ def estimate_support_z_m(observation: Observation) -> float:
 
     Raises InputError if too little of any horizontal surface is in sight.
     """
-    surface = _horizontal_surface(observation)
+    surface = _horizontal_surface(capture)
     heights = surface.points[:, 2]
-    if observation.label_image is not None:
-        lowest = float(np.percentile(object_points(observation)[:, 2], 1))
+    if capture.label_image is not None:
+        lowest = float(np.percentile(object_points(capture)[:, 2], 1))
         heights = heights[heights < lowest + _BELOW_LOWEST_M]
     if len(heights) < _MIN_POINTS:
         what = "background pixels show a horizontal surface below the objects"
-        if observation.label_image is None:
+        if capture.label_image is None:
             what = "pixels show a horizontal surface"
         raise InputError(
             f"The height of the support surface cannot be estimated: only {len(heights)} {what}. Give support_z_m; or "
@@ -57,7 +57,7 @@ def estimate_support_z_m(observation: Observation) -> float:
         )
     start = heights.min() - _BIN_M / 2
     bins = ((heights - start) / _BIN_M).astype(int)
-    if observation.label_image is None:
+    if capture.label_image is None:
         smooth = np.convolve(np.bincount(bins, surface.weights), np.ones(3), "same")
         peak = int(np.argmax(smooth))
     else:
@@ -70,14 +70,14 @@ def estimate_support_z_m(observation: Observation) -> float:
     return float(np.median(heights[np.abs(heights - center) < 2.5 * _BIN_M]))
 
 
-def level_heights(observation: Observation) -> Float[np.ndarray, "n"]:
+def level_heights(capture: Capture) -> Float[np.ndarray, "n"]:
     """Return world z of the pixels that show a horizontal surface, of the background if there are labels."""
-    return _horizontal_surface(observation).points[:, 2]
+    return _horizontal_surface(capture).points[:, 2]
 
 
 def level_share(observation: Observation) -> float:
     """Return the share of the readings that show the largest horizontal surface below the camera."""
-    heights = np.sort(_horizontal_surface(replace(observation, label_image=None)).points[:, 2])
+    heights = np.sort(_horizontal_surface(Capture(observation)).points[:, 2])
     heights = heights[heights < observation.T_world_camera[2, 3]]
     if len(heights) == 0:
         return 0.0
@@ -90,7 +90,7 @@ def standing_points(observation: Observation, support_z_m: float) -> Float[np.nd
 
     Replaces `object_points` without labels.
     """
-    points = _horizontal_surface(observation).points
+    points = _horizontal_surface(Capture(observation)).points
     flat = points[np.abs(points[:, 2] - support_z_m) < 2.5 * _BIN_M]
     if len(flat) < _MIN_POINTS:
         return np.zeros((0, 3))
@@ -110,9 +110,10 @@ class _Surface(NamedTuple):
     weights: Float[np.ndarray, "n"]
 
 
-def _horizontal_surface(observation: Observation) -> _Surface:
+def _horizontal_surface(capture: Capture) -> _Surface:
     """Return what shows a horizontal surface, of the background if there are labels."""
-    depth, label = observation.depth_m, observation.label_image
+    observation, label = capture.observation, capture.label_image
+    depth = observation.depth_m
     rows, cols = np.mgrid[: depth.shape[0], : depth.shape[1]]
     points = unproject(rows, cols, depth.astype(float), observation.K, observation.T_world_camera)
     s = _STEP_PX

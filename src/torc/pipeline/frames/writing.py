@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,7 @@ from PIL import Image
 
 from torc.io.record_files import to_plain
 from torc.pipeline.frames.stored import HIDDEN, Frame
-from torc.records import BACKGROUND, ROBOT, Observation
+from torc.records import BACKGROUND, ROBOT, Capture, Observation
 
 _DEPTH_UNITS_M = (0.0001, 0.001)
 """Units of depth.png as written here: 0.1 mm up to 6.5 m, else 1 mm; readings beyond 65 m are left out."""
@@ -21,25 +20,26 @@ _DEEPEST = 65535
 
 def write_frame(path: Path, frame: Frame) -> None:
     """Write a frame, with its label image if it has one. Raises OSError if it cannot."""
-    o, grid = frame.observation, frame.grid
+    grid = frame.grid
     settings: dict[str, Any] = {
         "target_description": frame.target_description,
         "support_z_m": frame.support_z_m,
         "names": frame.names,
         "grid": {"origin": grid.origin, "voxel_size_m": grid.voxel_size_m, "shape": np.array(grid.shape)},
     }
-    if o.label_image is not None:
+    if frame.label_image is not None:
         settings["target"] = HIDDEN if frame.target_id is None else frame.target_id
-    _write(path, o, settings)
+    _write(path, frame.capture, settings)
 
 
 def write_observation(path: Path, observation: Observation, target_description: str) -> None:
     """Write a snapshot without masks, support or grid. Raises OSError if it cannot."""
-    _write(path, replace(observation, label_image=None), {"target_description": target_description})
+    _write(path, Capture(observation), {"target_description": target_description})
 
 
-def _write(path: Path, o: Observation, settings: Mapping[str, Any]) -> None:
-    pair, label = o.pair, o.label_image
+def _write(path: Path, capture: Capture, settings: Mapping[str, Any]) -> None:
+    o, label = capture.observation, capture.label_image
+    pair = o.pair
     told: dict[str, Any] = {"K": o.K, "T_world_camera": o.T_world_camera, **settings}
     if o.pose_estimated:
         told["pose_estimated"] = True

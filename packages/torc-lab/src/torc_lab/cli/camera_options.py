@@ -60,4 +60,4 @@ def snapshot(camera: Any) -> Observation:
     """One snapshot. Raises InputError, CameraError, PartError."""
     from torc.perception.checked_scenes import ask_camera
 
-    return ask_camera(camera)
+    return ask_camera(camera).observation

@@ -5,6 +5,7 @@ import numpy as np
 from jaxtyping import Float32
 
 from torc import Observation
+from torc.records import Capture
 
 _REACH = 0.12
 """Share of the picture's height within which it is looked for, up, down and sideways."""
@@ -15,7 +16,7 @@ _BETTER = 0.6
 _LEAST_M, _MOST_M = 0.004, 0.15
 
 
-def hint(reference: Observation, seen: Observation, object_id: int) -> str:
+def hint(reference: Capture, seen: Observation, object_id: int) -> str:
     """Where it is, as the camera sees it: "2.9 cm too far left, 1.0 cm too near"; "" where it is not found nearby."""
     found = shift_m(reference, seen, object_id)
     if found is None:
@@ -29,11 +30,11 @@ def hint(reference: Observation, seen: Observation, object_id: int) -> str:
     )
 
 
-def shift_m(reference: Observation, seen: Observation, object_id: int) -> tuple[float, float] | None:
+def shift_m(reference: Capture, seen: Observation, object_id: int) -> tuple[float, float] | None:
     """How far an object is to the right of its place, and behind it, as the camera looks, metres. None where nothing
     nearby looks like it, or it has no depth.
     """
-    label = reference.label_image
+    then_seen, label = reference.observation, reference.label_image
     if label is None or not (label == object_id).any():
         return None
     rows, cols = np.nonzero(label == object_id)
@@ -46,7 +47,7 @@ def shift_m(reference: Observation, seen: Observation, object_id: int) -> tuple[
         max(0, left - reach),
         min(width, right + reach),
     )
-    patch, around = _lab(reference)[top:bottom, left:right], _lab(seen)[up:down, west:east]
+    patch, around = _lab(then_seen)[top:bottom, left:right], _lab(seen)[up:down, west:east]
     mask = np.repeat((label[top:bottom, left:right] == object_id)[..., None], 3, axis=2).astype(np.float32)
     cost = np.asarray(cv2.matchTemplate(around, patch, cv2.TM_SQDIFF, mask=mask)) / mask.sum()
     best = np.unravel_index(int(np.argmin(cost)), cost.shape)
@@ -55,13 +56,13 @@ def shift_m(reference: Observation, seen: Observation, object_id: int) -> tuple[
         return None
     by_row, by_col = int(best[0]) - int(top - up), int(best[1]) - int(left - west)
     inside = (rows + by_row >= 0) & (rows + by_row < height) & (cols + by_col >= 0) & (cols + by_col < width)
-    then = reference.depth_m[rows[inside], cols[inside]]
+    then = then_seen.depth_m[rows[inside], cols[inside]]
     now = seen.depth_m[rows[inside] + by_row, cols[inside] + by_col]
     read = (then > 0) & (now > 0)
     if not read.any():
         return None
     z_then, z_now = float(np.median(then[read])), float(np.median(now[read]))
-    fx, cx, x = reference.K[0, 0], reference.K[0, 2], float(cols.mean())
+    fx, cx, x = then_seen.K[0, 0], then_seen.K[0, 2], float(cols.mean())
     right_m, behind_m = float((x + by_col - cx) / fx * z_now - (x - cx) / fx * z_then), z_now - z_then
     return (right_m, behind_m) if max(abs(right_m), abs(behind_m)) <= _MOST_M else None
 

@@ -15,7 +15,7 @@ from jaxtyping import Bool, Float32, Int16, UInt8
 
 from torc import InputError, Observation
 from torc.geometry.transforms import unproject
-from torc.records import BACKGROUND, VoxelGrid
+from torc.records import BACKGROUND, Capture, VoxelGrid
 
 _FAR = np.float32(1e6)
 
@@ -78,13 +78,14 @@ class Overlap:
 
 
 def measure_overlap(
-    reference: Observation, seen: Observation, grid: VoxelGrid, config: OverlapConfig | None = None
+    stored: Capture, seen: Observation, grid: VoxelGrid, config: OverlapConfig | None = None
 ) -> Overlap:
-    """Compares a snapshot with a reference, whose `label_image` holds the objects' masks; `grid` is the room that is
-    watched, world frame. Raises InputError for pictures of another size or lens, and for a reference without masks.
+    """Compare a snapshot with a stored reference, whose label image holds the objects' masks, within `grid` (world).
+
+    Raises InputError for pictures of another size or lens, and for a reference without masks.
     """
     config = config or OverlapConfig()
-    label = _checked_label(reference, seen)
+    reference, label = stored.observation, _checked_label(stored, seen)
     same = _same_depth(reference.depth_m, seen.depth_m, config) & _same_color(reference, seen, label, config)
     ids = np.unique(label[label >= 0]).tolist()
     shares = {k: float(same[label == k].mean()) for k in ids}
@@ -105,8 +106,8 @@ def measure_overlap(
     )
 
 
-def _checked_label(reference: Observation, seen: Observation) -> Int16[np.ndarray, "h w"]:
-    label = reference.label_image
+def _checked_label(stored: Capture, seen: Observation) -> Int16[np.ndarray, "h w"]:
+    reference, label = stored.observation, stored.label_image
     if label is None or not (label >= 0).any():
         raise InputError("The reference of the scene has no objects. Store the scene again.")
     if label.shape != seen.depth_m.shape or not np.allclose(reference.K, seen.K, rtol=0.01):

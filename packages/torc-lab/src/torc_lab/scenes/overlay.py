@@ -7,6 +7,7 @@ from jaxtyping import UInt8
 from torc import Observation
 from torc.drawing.marking import rim, write_numbers
 from torc.drawing.strip import crop_around_objects
+from torc.records import Capture
 from torc_lab.scenes.overlap import Overlap
 
 _GHOST = 0.45
@@ -27,7 +28,7 @@ def state_of(overlap: float, threshold: float) -> str:
 
 
 def overlay(
-    reference: Observation, seen: Observation, found: Overlap, threshold: float, width_px: int = 1280
+    reference: Capture, seen: Observation, found: Overlap, threshold: float, width_px: int = 1280
 ) -> UInt8[np.ndarray, "h v 3"]:
     """The live picture around the objects, so wide; over it, where they have to be, an outline and a number per object:
     green where it is in its place, orange where nearly, red and thick else. There the reference shines through. Raises
@@ -38,7 +39,7 @@ def overlay(
     crop = crop_around_objects(reference.label_image, _MARGIN_PX)
     height, width = reference.label_image[crop].shape
     size = width_px, max(1, round(height * width_px / width))
-    then, image = (np.asarray(cv2.resize(o.rgb[crop], size), np.uint8) for o in (reference, seen))
+    then, image = (np.asarray(cv2.resize(o.rgb[crop], size), np.uint8) for o in (reference.observation, seen))
     label = np.asarray(cv2.resize(reference.label_image[crop], size, interpolation=cv2.INTER_NEAREST))
     off = np.isin(label, [k for k, value in found.objects.items() if value < threshold])
     image[off] = np.rint(image[off] + _GHOST * (then[off].astype(np.float32) - image[off]))

@@ -28,7 +28,7 @@ from torc.perception.protocol import Picture
 from torc.perception.target import MAX_PICTURES, load_pictures
 from torc.pipeline.building import make_stage
 from torc.pipeline.frames.plausibility import clean_depth
-from torc.records import BACKGROUND, TARGET_ID, SegmentedScene
+from torc.records import BACKGROUND, TARGET_ID, Capture, SegmentedScene
 from torc.registry.context import BuildContext
 from torc.registry.kinds import DEPTHS, PERCEPTIONS
 from torc.robots.protocols import Camera
@@ -62,7 +62,7 @@ class Scene:
     name: str
     lab: str
     wanted: Wanted
-    reference: Observation = field(repr=False)
+    reference: Capture = field(repr=False)
 
     @property
     def problem(self) -> str:
@@ -83,8 +83,9 @@ class Scene:
     @cached_property
     def digest(self) -> str:
         """Of all that decides what is laid out and retrieved."""
-        o, wanted = self.reference, self.wanted
-        arrays = [o.rgb, o.depth_m, *([] if o.label_image is None else [o.label_image]), *wanted.pictures]
+        reference, wanted = self.reference, self.wanted
+        o, label = reference.observation, reference.label_image
+        arrays = [o.rgb, o.depth_m, *([] if label is None else [label]), *wanted.pictures]
         told = {"told": wanted.description, "mark": list(wanted.mark), "seen": digest(*arrays)}
         return fingerprint(told if wanted.size_m is None else {**told, "size_m": list(wanted.size_m)})
 
@@ -113,13 +114,13 @@ class Eyes:
         CameraError, PartError.
         """
         given_up = time.monotonic() + _FROZEN_S
-        while (found := ask_camera(self._camera)).stamp_s == self._last_stamp_s != 0:
+        while (found := ask_camera(self._camera).observation).stamp_s == self._last_stamp_s != 0:
             if time.monotonic() > given_up:
                 raise LabError("The camera is frozen: it gives the same picture again and again.")
             time.sleep(_BETWEEN_S)
         self._last_stamp_s = found.stamp_s
         found = ask_depth(self._depth, found)
-        return replace(found, depth_m=clean_depth("The snapshot", found.depth_m), label_image=None, pair=None)
+        return replace(found, depth_m=clean_depth("The snapshot", found.depth_m), pair=None)
 
     def find(self, seen: Observation, wanted: Wanted) -> SegmentedScene:
         """The objects in a snapshot. Raises InputError for a perception that is given its masks, or cannot be made."""
@@ -130,7 +131,7 @@ class Eyes:
             raise InputError(
                 "Perception 'labels' finds nothing in real pictures: name another in the lab file."
             )
-        return ask_perception(perception, seen, wanted, None)
+        return ask_perception(perception, Capture(seen), wanted, None)
 
 
 def record_scene(
@@ -154,7 +155,7 @@ def record_scene(
             "No object is in sight. Lay the scene out first; `torc camera show` and `torc lab check` tell what the "
             "camera sees."
         )
-    return Scene(name, lab.name, wanted, replace(found.observation, label_image=label)), found
+    return Scene(name, lab.name, wanted, Capture(found.observation, label)), found
 
 
 def median_picture(shots: Sequence[Observation]) -> Observation:
@@ -232,9 +233,10 @@ def load_scene(directory: Path) -> Scene:
         raise InputError(f"{path}: {where}: {first['msg']}. {_AGAIN}") from None
     except ValueError as error:
         raise InputError(f"{path} is damaged: {error}. {_AGAIN}") from None
-    reference = load_checked(directory / REFERENCE, Observation, _MAX_BYTES, "reference of a scene")
-    label, shape = reference.label_image, reference.depth_m.shape
-    if label is None or label.dtype != np.int16 or label.shape != shape or reference.rgb.shape != (*shape, 3):
+    reference = load_checked(directory / REFERENCE, Capture, _MAX_BYTES, "reference of a scene")
+    o, label = reference.observation, reference.label_image
+    shape = o.depth_m.shape
+    if label is None or label.dtype != np.int16 or label.shape != shape or o.rgb.shape != (*shape, 3):
         raise InputError(f"'{directory / REFERENCE}' holds no reference of a scene. {_AGAIN}")
     pictures: tuple[Picture, ...] = load_pictures([directory / _picture(k) for k in range(facts.pictures)])
     wanted = Wanted(facts.description, pictures, facts.mark, facts.size_m)

@@ -13,6 +13,7 @@ from typing import Any, Self
 import numpy as np
 
 from torc.errors import MissingDependencyError, extra_remedy
+from torc.records import as_capture
 from torc.robots.protocols import Camera
 from torc_lab.ros.messages import SUCCEEDED, RosVersion, duration
 from torc_lab.twin.behind import HALFWAY_RAD, ArmBehind
@@ -182,7 +183,7 @@ class RosTwin:
         with self._picture_lock:
             taken_s, found = self._pictures
             if not found or (not self.frozen and time.monotonic() - taken_s > _PICTURE_PERIOD_S):
-                found = image_messages(camera.capture(), self.ros)
+                found = image_messages(as_capture(camera.capture()).observation, self.ros)
                 self._pictures = time.monotonic(), found
             return found
 

@@ -227,7 +227,7 @@ class LiveWorld:
 
     def _capture(self) -> Observation:
         self._cleared()
-        return self._camera.capture()
+        return self._camera.capture().observation
 
     def _cleared(self) -> Truth:
         """Takes away what has come to rest in the bin, or below the table."""
