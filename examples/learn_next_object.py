@@ -18,7 +18,6 @@ import numpy as np
 from scipy.stats import t
 
 from torc.gym_env.env import PER_OBJECT, stacked
-from torc.protocols import TARGET_ID
 
 _LONGEST_PATH = 4
 _TARGET = PER_OBJECT.index("target")
@@ -57,7 +56,7 @@ def features(observation: dict[str, np.ndarray]) -> np.ndarray:
     say nothing of what blocks that which blocks the target.
     """
     edges = observation["edges"].astype(float)
-    reached, waits = np.eye(len(edges))[TARGET_ID], np.zeros(len(edges))
+    reached, waits = observation["target"].astype(float), np.zeros(len(edges))
     for _ in range(_LONGEST_PATH):
         reached = reached @ edges
         waits += reached

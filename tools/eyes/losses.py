@@ -61,7 +61,7 @@ class Losses:
             for true, own in now.items():
                 if true not in before:
                     continue
-                same = own == before[true] or own == TARGET_ID
+                same = own == before[true]
                 others = owners.get(own, true) != true
                 self.kept, self.renamed = self.kept + same, self.renamed + (not same and not others)
                 self.switched += not same and others
@@ -69,9 +69,14 @@ class Losses:
             before = before | now
             known = now.get(TARGET_ID)
             if known is not None:
-                self.target_known += known == TARGET_ID
-                self.target_unknown += known != TARGET_ID
-            self.target_mistaken += looked.true_ids.get(str(TARGET_ID), TARGET_ID) != TARGET_ID
+                sure = looked.target_visible and known == looked.target_id
+                self.target_known, self.target_unknown = (
+                    self.target_known + sure,
+                    self.target_unknown + (not sure),
+                )
+            self.target_mistaken += (
+                looked.target_visible and looked.true_ids.get(str(looked.target_id), TARGET_ID) != TARGET_ID
+            )
             self._add_pick(pick)
 
     def _add_pick(self, pick: RecordedPick) -> None:

@@ -8,7 +8,7 @@ from torc.perception.checked_scenes import ask_recognition
 from torc.perception.in_hand import held_mask
 from torc.perception.protocol import Wanted
 from torc.pipeline.look import Look, Pipeline
-from torc.records import TARGET_ID, Capture, Observation
+from torc.records import Capture, Observation
 from torc.registry.kinds import DEPTHS
 from torc.robots.description import RobotDescription
 
@@ -37,7 +37,7 @@ class HeldLook:
     @property
     def is_target(self) -> bool:
         """True if the in-hand look says so; without one, if it was believed to be the target before."""
-        return self.object_id == TARGET_ID if self.p is None else self.p >= SURE
+        return self.object_id == self.look.context.scene.target_id if self.p is None else self.p >= SURE
 
     def __call__(self, observation: Observation, width_m: float) -> bool:
         """Return whether the object in the hand is the target. Raises PartError if perception or depth crashed."""

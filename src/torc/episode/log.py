@@ -35,6 +35,7 @@ from torc.episode.events import (
 from torc.episode.identity import MaskFaults, mask_faults, true_ids
 from torc.records import (
     MAX_OBJECTS,
+    TARGET_ID,
     Evidence,
     Exchange,
     FeltOutcome,
@@ -100,6 +101,7 @@ class LookedLine(Line):
     event: Literal["looked"]
     pick: _Pick
     target_visible: bool
+    target_id: _Id = TARGET_ID
     objects: Annotated[tuple[SeenObject, ...], Field(max_length=MAX_OBJECTS)]
     unknown_voxels: _Count = 0
     graspable: tuple[_Id, ...]
@@ -324,6 +326,7 @@ def _looked_line(event: Looked) -> LookedLine:
         event="looked",
         pick=event.pick,
         target_visible=scene.target_id is not None,
+        target_id=scene.target_number,
         objects=tuple(SeenObject(id=o.id, pixels=o.pixel_count) for o in scene.objects),
         unknown_voxels=int(np.count_nonzero(~context.volume.seen)),
         graspable=report.graspable_ids,

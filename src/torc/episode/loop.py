@@ -10,7 +10,7 @@ from torc.pipeline.building import System
 from torc.pipeline.look import Look
 from torc.pipeline.state import EndReason, EpisodeState, first_state, stage_rng
 from torc.pipeline.warm_up import rehearse_look
-from torc.records import TARGET_ID, Decision, PickOutcome, PickPlan, PlanFailure
+from torc.records import Decision, PickOutcome, PickPlan, PlanFailure
 from torc.registry.kinds import MOTION_PLANNERS
 from torc.robots.protocols import Robot
 from torc.task_planning.checked_decisions import ask_planner, rehearse_planner
@@ -110,7 +110,7 @@ class Episode:
         outcomes = self.state.outcomes
         return EpisodeResult(
             retrieved=self.end is EndReason.RETRIEVED,
-            held_target=any(o.held_after_lift and o.held_id == o.meant_id == TARGET_ID for o in outcomes),
+            held_target=any(o.held_target for o in outcomes),
             end=self.end,
             outcomes=outcomes,
             seconds=dict(self.steps.clock.seconds),

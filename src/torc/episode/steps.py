@@ -18,7 +18,6 @@ from torc.pipeline.state import EpisodeState, stage_rng
 from torc.pipeline.touch import touched_points
 from torc.records import (
     MAX_OBJECTS,
-    TARGET_ID,
     Decision,
     GraspStatus,
     PickOutcome,
@@ -96,7 +95,7 @@ class Steps:
 
     def attempt(self, state: EpisodeState, look: Look, decision: Decision) -> EpisodeState:
         """Return the state after planning and executing a decision; a lost pick if there is nothing to execute."""
-        choice, failed, seconds, named = checked_choice(look, decision), state.failed, 0.0, False
+        choice, failed, seconds = checked_choice(look, decision), state.failed, 0.0
         truth, scene = true_ids(look), look.context.scene
         if isinstance(choice, PickOutcome):
             outcome = choice
@@ -107,28 +106,24 @@ class Steps:
             else:
                 # Ids that perception was given are the truth, whatever the planner says.
                 named = decision.is_target and not look.ids_given
-                meant = replace(plan, object_id=TARGET_ID) if named else plan
+                meant = replace(plan, is_target=named or choice == scene.target_id)
                 # A planner that names the target is trusted; otherwise the lifted object is looked at.
                 check = None if named else self._held_look(state, look, choice)
                 with self.clock.stage("execute") as lap:
                     if isinstance(self.robot, KnowsObjects):
                         self.robot.aim_at(truth.get(choice))
                     outcome = self.robot.execute(meant, check)
-                seconds = lap.seconds
+                seconds, outcome = lap.seconds, replace(outcome, as_target=meant.is_target)
                 if named:
-                    outcome, scene = replace(outcome, object_id=choice), scene.with_target(choice)
+                    scene = scene.with_target(choice)
                 elif check is not None and check.p is not None:
                     outcome = replace(outcome, target_p=check.p)
                     if not check.is_target:
                         if outcome.as_felt.delivered:
                             scene = scene.with_brought(choice, check.p)
-                        if choice == TARGET_ID:
-                            scene = scene.without_target()
+                        if meant.is_target:
+                            scene = scene.with_target(None)
             failed = remembered(failed, look, plan, outcome.as_felt, self.robot.description)
-            if named:
-                failed = tuple(
-                    replace(f, object_id=TARGET_ID) if f.object_id == choice else f for f in failed
-                )
         self.tell(Executed(state.pick, outcome, seconds))
         return EpisodeState(look.context.volume, failed, (*state.outcomes, outcome), scene)
 

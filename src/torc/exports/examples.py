@@ -14,7 +14,6 @@ from typing import Any
 from torc.episode.log import LookedLine
 from torc.episode.recorded import RecordedPick, RecordedTrial
 from torc.exports.selection import EXPERTS, SPLITS, Source, split_of, succeeded
-from torc.records import TARGET_ID
 from torc.vlm.asker import filled_prompt
 from torc.vlm.config import DEFAULT_QUESTIONS
 from torc.vlm.select import VlmSelectPlanner
@@ -43,14 +42,14 @@ def answer_text(trial: RecordedTrial, number: int) -> str:
     looked, chosen = pick.looked, chosen_object(pick)
     if chosen is None:
         raise ValueError(f"Pick {number} of {trial.directory} names no object in the picture.")
-    order, nameable = [chosen], {o.id for o in looked.objects} | {TARGET_ID}
+    order, nameable = [chosen], {o.id for o in looked.objects} | {looked.target_id}
     for later in trial.picks[number + 1 :]:
-        if order[-1] == TARGET_ID:
+        if order[-1] == looked.target_id:
             break
         brought = later.executed.object_id if later.executed is not None and succeeded(later) else None
         if brought in nameable - {*order}:
             order.append(brought)
-    plan = [{"action": "pick" if k == TARGET_ID else "remove", "input": k} for k in order]
+    plan = [{"action": "pick" if k == looked.target_id else "remove", "input": k} for k in order]
     answer = {"thoughts": thoughts(looked, chosen), "plan": plan}
     return f"```json\n{json.dumps(answer)}\n```"
 
@@ -60,13 +59,14 @@ def thoughts(looked: LookedLine, chosen: int) -> str:
 
     The planner's own reasons are not used: many refer to what no picture shows.
     """
-    target = f"object {TARGET_ID}"
-    if chosen == TARGET_ID:
+    target_id = looked.target_id
+    target = f"object {target_id}"
+    if chosen == target_id:
         return f"The target, {target}, is in sight and can be grasped, so I pick it at once."
-    blockers = sorted({b.by for b in looked.blocking if b.object == TARGET_ID and b.by != TARGET_ID})
+    blockers = sorted({b.by for b in looked.blocking if b.object == target_id and b.by != target_id})
     if not looked.target_visible:
         state = f"The target, {target}, is not in sight, so what may hide it has to go first."
-    elif TARGET_ID in looked.graspable:
+    elif target_id in looked.graspable:
         state = f"The target, {target}, is in sight and could be grasped."
     elif blockers:
         *some, last = map(str, blockers)
@@ -113,7 +113,7 @@ def finetuning_rows(sources: Iterable[Source], every: bool, test_share: float) -
                 picture=trial.picture(number),
                 facts={
                     "pick": number,
-                    "prompt": filled_prompt(PROMPT, pick.looked.target_visible),
+                    "prompt": filled_prompt(PROMPT, pick.looked.target_id, pick.looked.target_visible),
                     "answer": answer_text(trial, number),
                     "prompt_name": PROMPT,
                     "object_id": chosen,
@@ -153,9 +153,10 @@ def preference_rows(sources: Iterable[Source], test_share: float) -> Iterator[Ro
             for bad, (other, other_number) in rejected.items():
                 if bad in choices:
                     continue
+                looked = source.trial.pick(number).looked
                 facts = {
                     "pick": number,
-                    "prompt": filled_prompt(PROMPT, source.trial.pick(number).looked.target_visible),
+                    "prompt": filled_prompt(PROMPT, looked.target_id, looked.target_visible),
                     "chosen": answer_text(source.trial, number),
                     "rejected": answer_text(other.trial, other_number),
                     "prompt_name": PROMPT,

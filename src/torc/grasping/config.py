@@ -5,7 +5,6 @@ from typing import Self
 
 import numpy as np
 
-from torc.records import TARGET_ID
 from torc.registry.settings import ConfigTraits
 
 
@@ -73,9 +72,9 @@ class CandidateConfig:
     max_blocked: int = 80
     target_effort: int = 8
 
-    def for_object(self, object_id: int) -> "CandidateConfig":
-        """Return the settings for one object: more effort for the target."""
-        effort = self.target_effort if object_id == TARGET_ID else 1
+    def for_target(self) -> "CandidateConfig":
+        """Return the settings for the target, which is worth more effort."""
+        effort = self.target_effort
         return replace(self, max_raw=effort * self.max_raw, max_frames=effort * self.max_frames)
 
 

@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float, Float32, UInt8, UInt64
 from torc.errors import InputError
 from torc.grasping.candidate_checks import Fault, check_candidates
 from torc.grasping.clouds import ObjectCloud, SceneClouds, build_clouds
-from torc.grasping.config import GraspConfig
+from torc.grasping.config import CandidateConfig, GraspConfig
 from torc.grasping.features import FEATURE_NAMES, compute_features
 from torc.grasping.generators import GENERATORS, GeneratorInput, RawCandidates
 from torc.grasping.hand import HandGeometry, hand_geometry
@@ -149,10 +149,18 @@ class GeometricGraspPlanner:
             clouds: the scene's clouds, thinned out and completed.
             rngs: a generator per object id.
         """
-        return {cloud.id: self._generated(cloud, clouds, rngs[cloud.id]) for cloud in clouds.objects}
+        config = self.config.candidates
+        return {
+            cloud.id: self._generated(
+                cloud, clouds, config.for_target() if cloud.id == scene.target_id else config, rngs[cloud.id]
+            )
+            for cloud in clouds.objects
+        }
 
-    def _generated(self, cloud: ObjectCloud, clouds: SceneClouds, rng: np.random.Generator) -> Proposals:
-        checks, config = self.config.checks, self.config.candidates.for_object(cloud.id)
+    def _generated(
+        self, cloud: ObjectCloud, clouds: SceneClouds, config: CandidateConfig, rng: np.random.Generator
+    ) -> Proposals:
+        checks = self.config.checks
         given = GeneratorInput(
             cloud,
             self.hand,

@@ -21,7 +21,7 @@ from torc.pipeline.state import EndReason
 from torc.pipeline.warm_up import announced_compilation
 from torc.problems.problem import load_problem
 from torc.problems.sets import select_problems
-from torc.records import MAX_OBJECTS, TARGET_ID, Decision, GraspStatus, PlanningContext
+from torc.records import MAX_OBJECTS, Decision, GraspStatus, PlanningContext
 from torc.sim.closing import Closing
 from torc.sim.robot import RobotState, SimulatedRobot
 from torc.specs.conditions import Conditions
@@ -39,7 +39,7 @@ def observed(context: PlanningContext, max_picks: int) -> dict[str, np.ndarray]:
     rows: dict[str, np.ndarray] = {
         "visible": _ones(ids),
         "graspable": action_mask(context),
-        "target": _ones([TARGET_ID]),
+        "target": _ones([scene.target_number]),
         **{name: np.zeros(MAX_OBJECTS, np.float32) for name in SHARES},
         "position": np.zeros((MAX_OBJECTS, 3), np.float32),
         "edges": np.zeros((MAX_OBJECTS, MAX_OBJECTS), np.float32),
@@ -77,7 +77,9 @@ def stacked(observation: dict[str, np.ndarray]) -> Float32[np.ndarray, "64 f"]:
     The columns are those of PER_OBJECT and, last, the weight of the edge that the target has to the object.
     """
     columns = [observation[key].reshape(MAX_OBJECTS, -1) for key in PER_OBJECT]
-    return np.hstack([*columns, observation["edges"][TARGET_ID][:, None]]).astype(np.float32)
+    return np.hstack([*columns, observation["edges"][observation["target"].argmax()][:, None]]).astype(
+        np.float32
+    )
 
 
 def _ones(ids: list[int]) -> Int8[np.ndarray, "64"]:

@@ -121,8 +121,10 @@ def scene_faults(scene: Any, observation: Observation) -> Iterator[str]:
         yield f"label_image holds labels outside of {min(BACKGROUND, ROBOT)}..{MAX_OBJECTS - 1}"
     if list(scene.ids) != sorted(set(scene.ids)):
         yield f"objects must be sorted by id, no two alike; their ids are {list(scene.ids)}"
-    if scene.target_id not in (None, TARGET_ID) or (scene.target_id == TARGET_ID) != (TARGET_ID in scene.ids):
-        yield f"target_id must be {TARGET_ID} where object {TARGET_ID} is visible, and None else"
+    if scene.target_id is not None and scene.target_id not in scene.ids:
+        yield f"target_id is {scene.target_id}, which is not in sight; it must be None while the target is not"
+    if TARGET_ID in scene.ids and scene.target_id != TARGET_ID:
+        yield f"object {TARGET_ID} is in sight and not the target: number objects from {TARGET_ID + 1} on"
     for o in scene.objects:
         columns = {"points": o.points, "normals": o.normals}
         bad = [n for n, a in columns.items() if a.shape != (len(o.pixels), 3) or a.dtype != np.float32]

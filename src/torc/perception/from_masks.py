@@ -33,7 +33,7 @@ from torc.perception.target import (
     target_probabilities,
 )
 from torc.perception.tracking import Seen, TrackingConfig, agreement, carried_over, same_ids, settled_masks
-from torc.records import BACKGROUND, MAX_OBJECTS, TARGET_ID, KnownObject, Observation, SegmentedScene
+from torc.records import BACKGROUND, MAX_OBJECTS, KnownObject, Observation, SegmentedScene
 from torc.registry.kinds import PerceptionTraits
 from torc.registry.loading import kind_of_value
 from torc.registry.settings import ConfigTraits
@@ -43,7 +43,7 @@ from torc.workspace.workspace_files import load_workspace
 _EXACT = replace(PerceptionConfig(), rim_px=2, piece_px=5)
 """Masks are a pixel or two off, whatever the depth: there they hold readings of what lies behind."""
 _HELD = 1
-"""Label of the held object; 0, the target's, has its own rules."""
+"""Label of the held object; 0, a given target's, has its own rules."""
 
 
 @dataclass(frozen=True)
@@ -157,11 +157,12 @@ class FromMasks(ABC, PerceptionTraits):
         if before is not None and carried is not None:
             label, sureness = settled_masks(label, sureness, before, carried, config.tracking)
         label, sureness = _at_most(label, sureness, MAX_OBJECTS - 1)
-        # Id 0 has its own rules.
+        # No object has the id 0: it stands for a target that was not seen yet.
         shifted = np.where(label >= 0, label + 1, BACKGROUND).astype(np.int16)
         found = segment(observation, shifted, config.clouds)
         seen = self._seen(found, label, sureness, before, carried)
-        was = seen.ids.index(TARGET_ID) if TARGET_ID in seen.ids else None
+        was_id = None if before is None else before.target_number
+        was = seen.ids.index(was_id) if was_id in seen.ids else None
         settled = replace(masks, label=label, sureness=sureness)
         brought_odds = 0.0 if before is None else before.brought_odds
         p = self._target_p(settled, seen, wanted, brought_odds)
@@ -172,7 +173,7 @@ class FromMasks(ABC, PerceptionTraits):
             target = seen.masks.index(marked) if marked in seen.masks else None
         chances = {} if p is None else dict(zip(seen.ids, map(float, p), strict=True))
         known = tuple(replace(k, target_p=chances.get(k.id, k.target_p)) for k in seen.known)
-        scene = _named(found, *with_target(seen.ids, known, was, target))
+        scene = _named(found, seen.ids, known).with_target(None if target is None else seen.ids[target])
         return replace(scene, brought_odds=brought_odds)
 
     def recognise(
@@ -263,23 +264,6 @@ def by_words(
     return np.asarray(sums / np.maximum(sizes, 1))[list(masks)]
 
 
-def with_target(
-    ids: list[int], known: tuple[KnownObject, ...], was: int | None, target: int | None
-) -> tuple[list[int], tuple[KnownObject, ...]]:
-    """Return ids and memory with TARGET_ID for the object at index `target` only; `was` is the index that had it."""
-    if target == was:
-        return ids, known
-    changed = dict[int, int]()
-    if was is not None:
-        taken = {*ids, *(k.id for k in known)}
-        changed[TARGET_ID] = next(k for k in range(1, MAX_OBJECTS + 1) if k not in taken)
-    if target is not None:
-        known = tuple(k for k in known if k.id != TARGET_ID or was is not None)
-        changed[ids[target]] = TARGET_ID
-    renamed = (replace(k, id=changed.get(k.id, k.id)) for k in known)
-    return [changed.get(k, k) for k in ids], tuple(sorted(renamed, key=lambda k: k.id))
-
-
 def _looks(
     observation: Observation, label: Int16[np.ndarray, "h w"], masks: list[int], threads: int
 ) -> Float32[np.ndarray, "n d"]:
@@ -311,7 +295,7 @@ def _named(found: SegmentedScene, ids: list[int], known: tuple[KnownObject, ...]
         found,
         label_image=table[found.label_image + 2],
         objects=tuple(objects),
-        target_id=TARGET_ID if TARGET_ID in ids else None,
+        target_id=None,
         known=known,
     )
 

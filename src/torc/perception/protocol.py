@@ -59,7 +59,7 @@ class Perception(Protocol):
     ) -> SegmentedScene:
         """Return the visible objects with their clouds.
 
-        An object keeps its id from snapshot to snapshot; the target has id 0 when it is recognised.
+        An object keeps its id from snapshot to snapshot. Ids are 1 to 63; 0 may only be the target's.
 
         Args:
             observation: the snapshot.

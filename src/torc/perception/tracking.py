@@ -105,7 +105,7 @@ def same_ids(
     """Return an id for each object, and what to remember of all.
 
     `overlap` is the agreement of each with each object of `before.objects`, see `agreement`; it has no columns before
-    the first snapshot. New objects get ids that nothing known has; TARGET_ID is never newly given.
+    the first snapshot. New objects get ids that nothing known has, and not TARGET_ID.
     """
     ids: list[int | None] = [None] * len(seen)
     remembered = () if before is None else before.known
@@ -256,7 +256,7 @@ def _name_the_new(ids: list[int | None], kept: list[KnownObject]) -> None:
     for i, k in enumerate(ids):
         if k is None:
             while not free and kept:
-                free += [k.id for k in (kept.pop(),) if k.id != TARGET_ID]
+                free.append(kept.pop().id)
             ids[i] = free.pop(0)
 
 

@@ -20,7 +20,7 @@ import numpy as np
 
 from torc.errors import InputError
 from torc.pipeline.failures import with_status
-from torc.records import TARGET_ID, GraspReport, GraspSet, GraspStatus
+from torc.records import GraspReport, GraspSet, GraspStatus
 from torc.task_planning.belief.costs import expected_picks
 
 
@@ -49,7 +49,7 @@ class BetConfig:
 
 
 def hold_back_worse_bets(
-    report: GraspReport, grasps: GraspSet, picks_left: int, config: BetConfig
+    report: GraspReport, grasps: GraspSet, target_id: int | None, picks_left: int, config: BetConfig
 ) -> GraspReport:
     """Mark the valid grasps of every object that had better wait as UNLIKELY; `picks_left` includes this attempt."""
     best: dict[int, float] = {}
@@ -61,8 +61,8 @@ def hold_back_worse_bets(
     clearing = dict(zip(best, picks.tolist()))
     waits = []
     for object_id, score in best.items():
-        lost_share = config.lost_share if object_id == TARGET_ID else 0.0
-        better = list(_ways_to_better_grasps(object_id, clearing, report, grasps))
+        lost_share = config.lost_share if object_id == target_id else 0.0
+        better = list(_ways_to_better_grasps(object_id, target_id, clearing, report, grasps))
         left = np.maximum(picks_left - np.array([0, *(n for n, _, _ in better)]), 0)
         scores = np.array([score, *(p for _, p, _ in better)])
         now, *later = expected_picks(scores, lost_share, left).tolist()
@@ -73,7 +73,11 @@ def hold_back_worse_bets(
 
 
 def _ways_to_better_grasps(
-    object_id: int, clearing: Mapping[int, float], report: GraspReport, grasps: GraspSet
+    object_id: int,
+    target_id: int | None,
+    clearing: Mapping[int, float],
+    report: GraspReport,
+    grasps: GraspSet,
 ) -> Iterator[tuple[int, float, float]]:
     """For each blocked grasp that other graspable objects alone block: how many they are, the grasp's probability, and
     the picks that clearing them takes.
@@ -81,5 +85,5 @@ def _ways_to_better_grasps(
     for grasp in np.flatnonzero((grasps.object_ids == object_id) & (report.status == GraspStatus.BLOCKED)):
         bits = int(report.blockers[grasp])
         in_the_way = [k for k in clearing if k != object_id and bits >> k & 1]
-        if in_the_way and TARGET_ID not in in_the_way and sum(1 << k for k in in_the_way) == bits:
+        if in_the_way and target_id not in in_the_way and sum(1 << k for k in in_the_way) == bits:
             yield len(in_the_way), float(grasps.scores[grasp]), sum(clearing[k] for k in in_the_way)

@@ -210,7 +210,7 @@ class Pipeline:
             report = veto(self.evaluate(grasps, scene, volume, view.world), grasps, failed, self.failures)
             report = hold_back_unlikely(report, grasps, self.min_score)
             if self.min_score > 0:
-                report = hold_back_worse_bets(report, grasps, picks_left, self.bets)
+                report = hold_back_worse_bets(report, grasps, scene.target_id, picks_left, self.bets)
         gripper = self.robot.gripper if isinstance(self.robot, RobotDescription) else self.robot
         context = PlanningContext(
             scene=scene,

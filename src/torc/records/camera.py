@@ -10,7 +10,10 @@ BACKGROUND = -1
 ROBOT = -2
 """Label of pixels that show the robot itself: they hide things behind them, but are not an obstacle."""
 TARGET_ID = 0
-"""The target's object id wherever the target is known, as in the paper's images."""
+"""The target's id in a problem and in a frame with masks, as in the paper's images, and everywhere until it was seen.
+
+No other object has it. A perception that finds the objects itself may give the target any id.
+"""
 MAX_OBJECTS = 64
 """Object ids are 0..63: an id is a bit of the occlusion volume's masks."""
 

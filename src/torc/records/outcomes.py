@@ -80,6 +80,7 @@ class PickOutcome:
         touch: where unexpected contact ended the approach; None if it did not.
         true_id: the simulator's id of the object that was to be picked, if perception numbers objects itself; None if
             the ids agree or the truth is unknown.
+        as_target: the object was picked as the target.
         target_p: probability, by its look in the hand, that the lifted object was the target; None if nobody looked.
         felt: what the gripper reported, if it is known separately from what happened.
     """
@@ -97,12 +98,19 @@ class PickOutcome:
     touch: Touch | None = None
     felt: FeltOutcome | None = None
     true_id: int | None = None
+    as_target: bool = False
     target_p: float | None = None
 
     @property
     def meant_id(self) -> int:
         """The object that was to be picked, in the ids of `held_id` and `dropped`."""
         return self.object_id if self.true_id is None else self.true_id
+
+    @property
+    def held_target(self) -> bool:
+        """True if the target was meant and was held after the lift, by the truth or as far as the robot knows."""
+        meant = self.as_target if self.true_id is None else self.true_id == TARGET_ID
+        return meant and self.held_after_lift and self.held_id == self.meant_id
 
     @property
     def wrong_object(self) -> bool:

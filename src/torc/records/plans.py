@@ -47,6 +47,7 @@ class PickPlan:
         transfer: to above the bin, collision-free with the object's convex hull attached.
         home: from the bin back to rest.
         grasps_tried: grasps for which planning was attempted, this one included.
+        is_target: the object is taken for the target. The episode sets it; motion planners need not.
     """
 
     object_id: int
@@ -59,6 +60,7 @@ class PickPlan:
     transfer: Trajectory
     home: Trajectory
     grasps_tried: int
+    is_target: bool = False
 
     @property
     def motions(self) -> tuple[Trajectory, ...]:

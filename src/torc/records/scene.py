@@ -1,12 +1,13 @@
 """Perception's view of a snapshot: objects, their points, and its memory."""
 
+from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 
 import numpy as np
 from jaxtyping import Float32, Int16, Int32
 
-from torc.records.camera import MAX_OBJECTS, TARGET_ID, Observation
+from torc.records.camera import TARGET_ID, Observation
 
 _LEAST_P = 1e-3
 """Least probability used in odds."""
@@ -44,6 +45,7 @@ class KnownObject:
         looks: in how many snapshots it was seen.
         missed: how many have passed since.
         target_p: probability that it is the target, by reference pictures, when it was last seen.
+        is_target: it was taken for the target.
     """
 
     id: int
@@ -53,6 +55,7 @@ class KnownObject:
     looks: int = 1
     missed: int = 0
     target_p: float = 0.0
+    is_target: bool = False
 
 
 @dataclass(frozen=True)
@@ -91,22 +94,22 @@ class SegmentedScene:
                 return o
         raise KeyError(f"No visible object {object_id}; visible: {self.ids}.")
 
-    def with_target(self, object_id: int) -> "SegmentedScene":
-        """Return the scene with that visible object as the target; the former target gets its id.
+    @property
+    def target_number(self) -> int:
+        """The target's id, in sight or not; TARGET_ID until it was seen."""
+        if self.target_id is not None:
+            return self.target_id
+        return next((k.id for k in self.known if k.is_target), TARGET_ID)
 
-        The memory of a target out of sight is dropped, since this object is the target. Raises KeyError if the object
-        is not visible.
+    def with_target(self, object_id: int | None) -> "SegmentedScene":
+        """Return the scene with that visible object as the target, or with none.
+
+        The memory of a target out of sight is dropped if another object is the target. Raises KeyError if the object is
+        not visible.
         """
-        self.object(object_id)
-        facts = tuple(k for k in self.known if k.id != TARGET_ID or TARGET_ID in self.ids)
-        swapped = {object_id: TARGET_ID, TARGET_ID: object_id}
-        return replace(replace(self, known=facts)._renamed(swapped), target_id=TARGET_ID)
-
-    def without_target(self) -> "SegmentedScene":
-        """Return the scene without a target: the object that was taken for it gets the lowest free id."""
-        taken = {*self.ids, *(k.id for k in self.known)}
-        free = next(k for k in range(1, MAX_OBJECTS + 1) if k not in taken)
-        return replace(self._renamed({TARGET_ID: free}), target_id=None)
+        if object_id is not None:
+            self.object(object_id)
+        return replace(self, target_id=object_id, known=marked_target(self.known, self.ids, object_id))
 
     def with_brought(self, object_id: int, p: float) -> "SegmentedScene":
         """Record that this object was delivered and that the in-hand look gave it probability p of being the target.
@@ -120,11 +123,13 @@ class SegmentedScene:
         )
         return replace(self, brought_odds=self.brought_odds + p / max(1 - p, _LEAST_P) * others)
 
-    def _renamed(self, new: dict[int, int]) -> "SegmentedScene":
-        """Return the scene with other ids for some objects."""
-        label = self.label_image.copy()
-        for old, now in new.items():
-            label[self.label_image == old] = now
-        objects = sorted((replace(o, id=new.get(o.id, o.id)) for o in self.objects), key=lambda o: o.id)
-        known = sorted((replace(k, id=new.get(k.id, k.id)) for k in self.known), key=lambda k: k.id)
-        return replace(self, label_image=label, objects=tuple(objects), known=tuple(known))
+
+def marked_target(
+    known: tuple[KnownObject, ...], ids: Collection[int], target_id: int | None
+) -> tuple[KnownObject, ...]:
+    """Return perception's memory with this target, or none, among the objects in sight, whose `ids` are given.
+
+    A target out of sight is forgotten if another object is the target.
+    """
+    kept = (k for k in known if target_id is None or not k.is_target or k.id in ids)
+    return tuple(replace(k, is_target=k.id == target_id) if k.id in ids else k for k in kept)

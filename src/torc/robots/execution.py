@@ -10,7 +10,7 @@ from enum import StrEnum
 import numpy as np
 from jaxtyping import Float
 
-from torc.records import TARGET_ID, PickPlan, PickResult, Touch, Trajectory
+from torc.records import PickPlan, PickResult, Touch, Trajectory
 from torc.robots.protocols import Arm, ContactGuard, Gripper, GripperState
 
 
@@ -107,7 +107,7 @@ def execute_pick(
         plan: the pick.
         config: guards and tolerances.
         on_phase: called after each step.
-        is_target: called after a lift with something in the hand; without it, the plan's object id decides.
+        is_target: called after a lift with something in the hand; without it, the plan's `is_target` decides.
     """
     run = _Run(arm, gripper, plan, config or ExecutionConfig(), on_phase)
     run.open(Phase.OPEN)
@@ -120,7 +120,7 @@ def execute_pick(
         run.open(Phase.RELEASE)
         return run.give_up("lift")
     run.held_after_lift = run.gripper.state.holding
-    target = plan.object_id == TARGET_ID
+    target = plan.is_target
     if run.held_after_lift and is_target is not None:
         target = is_target()
     if not run.follow(Phase.TRANSFER, plan.transfer, run.config.carry_guard):

@@ -112,7 +112,7 @@ class Robot(Protocol):
 
         Args:
             plan: the motions.
-            is_target: asked after a lift with something in the hand; without it, the plan's object id decides.
+            is_target: asked after a lift with something in the hand; without it, the plan's `is_target` decides.
 
         Raises PickHaltedError if the robot was stopped, PhysicsError or another TorcError if it broke.
         """

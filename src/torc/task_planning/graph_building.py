@@ -7,7 +7,7 @@ import numpy as np
 
 from torc.errors import InputError
 from torc.occlusion.volume import hidden_near_m3, hidden_volumes_m3
-from torc.records import TARGET_ID, PlanningContext, SegmentedScene
+from torc.records import PlanningContext, SegmentedScene
 from torc.records.derived import once
 from torc.records.graph import DependencyEdge, DependencyGraph, DependencyNode, EdgeKind
 from torc.task_planning.relations import RelationConfig, find_relations
@@ -54,10 +54,10 @@ def build_dependency_graph(
 
 def _built(context: PlanningContext, relations: Sequence[DependencyEdge]) -> DependencyGraph:
     scene, report = context.scene, context.report
-    hidden = scene.target_id is None
-    if hidden and TARGET_ID in scene.ids:
+    target, hidden = scene.target_number, scene.target_id is None
+    if hidden and target in scene.ids:
         raise InputError(
-            f"Object {TARGET_ID} is visible, but the scene's target is not. Id {TARGET_ID} is the target's."
+            f"Object {target} is visible, but the scene's target is not. Id {target} is the target's."
         )
     for r in relations:
         if r.source not in scene.ids or r.target not in scene.ids or r.source == r.target:
@@ -68,11 +68,10 @@ def _built(context: PlanningContext, relations: Sequence[DependencyEdge]) -> Dep
     nodes = [DependencyNode(k, False, *totals.get(k, (0, 0))) for k in scene.ids]
     edges = [edge for node in nodes for edge in _edges_of(node, relations, context)]
     if hidden:
-        nodes.insert(0, DependencyNode(TARGET_ID, hidden=True))
+        nodes.insert(0, DependencyNode(target, hidden=True))
         edges = _or_in_sight(_hidden_by(context), context.scene) + edges
-    elif scene.target_id is not None and not _gets_anywhere(scene.target_id, nodes, edges):
-        edges += _hides_more_of(scene.target_id, context)
-    target = TARGET_ID if scene.target_id is None else scene.target_id
+    elif not _gets_anywhere(target, nodes, edges):
+        edges += _hides_more_of(target, context)
     return DependencyGraph(tuple(nodes), tuple(sorted(edges, key=lambda e: (e.source, e.target))), target)
 
 
@@ -118,12 +117,12 @@ def _blocking(node: DependencyNode, context: PlanningContext) -> list[Dependency
 
 def _hidden_by(context: PlanningContext) -> list[DependencyEdge]:
     """Return the edges of the hidden target, by hidden volume; equal ones if no visible object hides anything."""
-    ids = context.scene.ids
+    ids, target = context.scene.ids, context.scene.target_number
     volumes = hidden_volumes_m3(context.volume, ids)
     if volumes.sum() > 0:
-        return _by_volume(TARGET_ID, ids, volumes)
+        return _by_volume(target, ids, volumes)
     nothing = {"hidden_volume_m3": 0.0}
-    return [DependencyEdge(TARGET_ID, k, EdgeKind.HIDDEN_BY, 1 / len(ids), nothing) for k in ids]
+    return [DependencyEdge(target, k, EdgeKind.HIDDEN_BY, 1 / len(ids), nothing) for k in ids]
 
 
 def _or_in_sight(edges: list[DependencyEdge], scene: SegmentedScene) -> list[DependencyEdge]:
@@ -144,7 +143,7 @@ def _or_in_sight(edges: list[DependencyEdge], scene: SegmentedScene) -> list[Dep
         if k in p:
             evidence["target_p"] = round(p[k], 4)
         kind = EdgeKind.HIDDEN_BY if share > p.get(k, 0.0) else EdgeKind.MAY_BE
-        found.append(DependencyEdge(TARGET_ID, k, kind, both, evidence))
+        found.append(DependencyEdge(scene.target_number, k, kind, both, evidence))
     return found
 
 

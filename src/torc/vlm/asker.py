@@ -8,7 +8,7 @@ import numpy as np
 
 from torc.errors import InputError
 from torc.io.record_files import to_plain
-from torc.records import TARGET_ID, Decision, Evidence, Exchange, PlanningContext
+from torc.records import Decision, Evidence, Exchange, PlanningContext
 from torc.records.evidence import ModelEvidence, ModelTry
 from torc.task_planning.protocol import MAX_ATTEMPTS
 from torc.vlm.answers import Useless
@@ -148,8 +148,8 @@ class Asker:
 def prompt_values(context: PlanningContext, picture: PictureConfig) -> dict[str, object]:
     """Return the values of FIELDS for a scene."""
     return {
-        "target": TARGET_ID,
-        "target_state": target_state(context.scene.target_id is not None),
+        "target": context.scene.target_number,
+        "target_state": target_state(context.scene.target_id is not None, context.scene.target_number),
         "target_size": target_size_sentence(context),
         "gripper": gripper_sentence(context),
         "description": context.target_description.strip() or "not described",
@@ -160,16 +160,16 @@ def prompt_values(context: PlanningContext, picture: PictureConfig) -> dict[str,
     }
 
 
-def target_state(visible: bool) -> str:
+def target_state(visible: bool, number: int) -> str:
     """Return the sentence in which prompts say whether the target is in sight."""
     if visible:
         return "It is in sight."
-    return f"It is not in sight: nothing in the picture carries the number {TARGET_ID}."
+    return f"It is not in sight: nothing in the picture carries the number {number}."
 
 
-def filled_prompt(name: str, target_visible: bool, **values: object) -> str:
+def filled_prompt(name: str, target: int, target_visible: bool, **values: object) -> str:
     """Return a shipped prompt that asks for free text; `values` fills the fields other than the target's."""
-    return fill_prompt(name, target=TARGET_ID, target_state=target_state(target_visible), **values)
+    return fill_prompt(name, target=target, target_state=target_state(target_visible, target), **values)
 
 
 def fill_prompt(name: str, **values: object) -> str:

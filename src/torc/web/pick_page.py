@@ -97,6 +97,7 @@ def _objects(looked: LookedLine, view: PickView | None, plain: bool) -> list[dic
         rows.append(
             {
                 "id": seen.id,
+                "target": looked.target_visible and seen.id == looked.target_id,
                 "color": _hex_color(seen.id),
                 "pixels": seen.pixels,
                 "graspable": seen.id in looked.graspable,

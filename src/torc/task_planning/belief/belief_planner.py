@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from torc.records import TARGET_ID, BeliefEvidence, Decision, Evidence, PlanningContext
+from torc.records import BeliefEvidence, Decision, Evidence, PlanningContext
 from torc.registry.kinds import TaskPlannerTraits
 from torc.task_planning.belief.candidates import may_have_been_seen
 from torc.task_planning.belief.costs import Ways, ways_of
@@ -41,13 +41,13 @@ class BeliefPlanner(TaskPlannerTraits):
         search_target(context, ways, self.config, np.random.default_rng(0))
 
     def _take(self, context: PlanningContext, ways: dict[int, Ways], rng: np.random.Generator) -> Decision:
-        access = free_target(context, ways, self.config)
+        access, target = free_target(context, ways, self.config), context.scene.target_number
         if not np.isfinite(access.picks):
             return self._by_graph(context, rng, "no removal is known to free the target")
-        reason = access_reason(access, TARGET_ID, context.called)
+        reason = access_reason(access, target, context.called)
         rule = "clear the target" if access.order else "target"
         evidence = Evidence(rule, belief=access_evidence(access))
-        return Decision(access.order[0] if access.order else TARGET_ID, reason, evidence=evidence)
+        return Decision(access.order[0] if access.order else target, reason, evidence=evidence)
 
     def _find(self, context: PlanningContext, ways: dict[int, Ways], rng: np.random.Generator) -> Decision:
         search = search_target(context, ways, self.config, rng)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from torc.records import TARGET_ID, PlanningContext
+from torc.records import PlanningContext
 from torc.task_planning.belief.candidates import with_obstacles
 from torc.task_planning.belief.costs import (
     UNREMOVABLE,
@@ -41,15 +41,16 @@ def free_target(context: PlanningContext, ways: dict[int, Ways], config: BeliefC
     The search is the one for a hidden target with a single place, in sight: a set of removals frees it or not, so a
     grasp that two objects block needs both gone.
     """
-    candidates = with_obstacles([TARGET_ID], ways, config.search.candidates + 1)[1:]
+    target = context.scene.target_number
+    candidates = with_obstacles([target], ways, config.search.candidates + 1)[1:]
     sets = sets_up_to(len(candidates), min(config.search.depth, max(context.picks_left - 1, 0)))
     steps = removal_costs(ways, candidates, sets.masks, config.prices)
-    stop = target_costs(ways[TARGET_ID], candidates, sets.masks, context.picks_left, config.prices)
+    stop = target_costs(ways[target], candidates, sets.masks, context.picks_left, config.prices)
     now = float(stop[0])
     frees = np.isfinite(stop)
     at_end = ~frees & ~np.isfinite(steps + np.where(sets.following < 0, np.inf, 0.0)).any(axis=1)
     gone = as_bits(sets.masks[at_end], candidates)
-    guess = clearing_costs(ways, [TARGET_ID], gone, config.prices)[:, 0]
+    guess = clearing_costs(ways, [target], gone, config.prices)[:, 0]
     stop[at_end] = np.where(guess < UNREMOVABLE, config.prices.detour * guess, np.inf)
     plan = order_removals(steps, stop, sets)
     if np.isfinite(now) and now <= plan.price + config.prices.worth_waiting:
@@ -57,5 +58,5 @@ def free_target(context: PlanningContext, ways: dict[int, Ways], config: BeliefC
     if not plan.order:
         return Access((), np.inf, now)
     order = tuple(candidates[i] for i in plan.order)
-    left = ways[TARGET_ID].blockers & ~np.uint64(sum(1 << k for k in order))
+    left = ways[target].blockers & ~np.uint64(sum(1 << k for k in order))
     return Access(order, plan.price, now, frees=bool((left == 0).any()))

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float32, UInt64
 
 from torc.occlusion.volume import hidden_near_m3, hidden_volumes_m3
-from torc.records import TARGET_ID, GraspStatus, PlanningContext
+from torc.records import GraspStatus, PlanningContext
 from torc.records.graph import DependencyEdge, EdgeKind
 from torc.task_planning.belief.costs import Ways, ways_of
 from torc.task_planning.belief.hidden_target import search_target
@@ -70,7 +70,7 @@ def features_of(
         **_by_graph(context, ids),
         **_by_belief(_reckon(context, ways, rng), ids),
         **_by_grasps(context, ways, ids),
-        **_by_relations(relations, ids),
+        **_by_relations(relations, context.scene.target_number, ids),
     }
     rows = np.array([columns[name] for name in FEATURE_NAMES], dtype=np.float32).T
     return ids, rows.reshape(len(ids), len(FEATURE_NAMES))
@@ -113,12 +113,13 @@ def _by_graph(context: PlanningContext, ids: tuple[int, ...]) -> dict[str, list[
 
 
 def _reckon(context: PlanningContext, ways: dict[int, Ways], rng: np.random.Generator) -> _Reckoned:
-    if context.scene.target_id is not None:
+    target = context.scene.target_id
+    if target is not None:
         access = free_target(context, ways, REASONING)
         if not np.isfinite(access.picks):
             return _Reckoned()
-        first = access.order[0] if access.order else TARGET_ID
-        picks = {first: access.picks} | ({TARGET_ID: access.now} if np.isfinite(access.now) else {})
+        first = access.order[0] if access.order else target
+        picks = {first: access.picks} | ({target: access.now} if np.isfinite(access.now) else {})
         return _Reckoned(picks=picks, first=first)
     search = search_target(context, ways, REASONING, rng)
     behind = search.belief.mass_behind()
@@ -169,9 +170,11 @@ def _share(blockers: UInt64[np.ndarray, "g"] | None, object_id: int, alone: bool
     return float(np.mean(blockers == bit if alone else (blockers & bit) != 0))
 
 
-def _by_relations(relations: tuple[DependencyEdge, ...], ids: tuple[int, ...]) -> dict[str, list[float]]:
+def _by_relations(
+    relations: tuple[DependencyEdge, ...], target: int, ids: tuple[int, ...]
+) -> dict[str, list[float]]:
     after = {
-        kind: {r.target for r in relations if r.kind == kind and r.source == TARGET_ID} for kind in EdgeKind
+        kind: {r.target for r in relations if r.kind == kind and r.source == target} for kind in EdgeKind
     }
     return {
         "lies on the target": [float(k in after[EdgeKind.BELOW]) for k in ids],

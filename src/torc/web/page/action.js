@@ -46,7 +46,7 @@ function nothing() {
 
 function facts(o, page) {
   if (!o) return el("p", { class: "faint" }, "Select an object: click it in the image, the table, the graph or in 3-D, or type its number.");
-  const head = [chip(o.id, o.color), o.id === 0 ? el("b", {}, " the target: ") : " "];
+  const head = [chip(o.id, o.color), o.target ? el("b", {}, " the target: ") : " "];
   const hides = litres(o.hides_l) ? ` It ${litres(o.hides_l)}.` : "";
   if (!o.graspable) return el("p", {}, head, el("span", { class: "bad" }, "not graspable"), `: ${whyNot(o, page)}.${hides}`);
   const others = blocked(o, page) ? ` Others: ${blocked(o, page)}.` : "";

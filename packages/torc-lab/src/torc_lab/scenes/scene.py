@@ -1,4 +1,4 @@
-"""A scene that is laid out again and again (`torc-scene/1`): a directory with its reference and its target."""
+"""A scene that is laid out again and again (`torc-scene/2`): a directory with its reference and its target."""
 
 import json
 import os
@@ -35,7 +35,7 @@ from torc.robots.protocols import Camera
 from torc_lab.lab_file import Lab
 from torc_lab.protocols import LabError
 
-SCENE_FORMAT = "torc-scene/1"
+SCENE_FORMAT = "torc-scene/2"
 FACTS, REFERENCE, SEEN = "scene.json", "reference.npz", "seen.png"
 PICTURES = 5
 """Snapshots whose median is the reference."""
@@ -92,7 +92,7 @@ class Scene:
 
 class _SceneFile(BaseModel):
     model_config = ConfigDict(extra="ignore", frozen=True)
-    format: Literal["torc-scene/1"]
+    format: Literal["torc-scene/2"]
     name: Annotated[str, Field(pattern=f"^{_NAME}$")]
     lab: Annotated[str, Field(max_length=100)]
     description: Annotated[str, Field(max_length=10_000)]
@@ -150,6 +150,7 @@ def record_scene(
     for k in found.ids:
         if np.count_nonzero(label == k) < _LEAST_PX:
             label[label == k] = BACKGROUND
+    label[label == found.target_number] = TARGET_ID
     if not (label >= 0).any():
         raise InputError(
             "No object is in sight. Lay the scene out first; `torc camera show` and `torc lab check` tell what the "
@@ -203,7 +204,7 @@ def save_scene(
                 cv2.imencode(".png", cv2.cvtColor(picture, code))[1].tobytes()
             )
         if found is not None:
-            write_png(aside / SEEN, mark_image(found))
+            write_png(aside / SEEN, mark_image(found, labels={found.target_number: TARGET_ID}))
         write_json(aside / FACTS, facts)
         if directory.exists():
             shutil.rmtree(directory)
