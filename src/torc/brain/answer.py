@@ -34,7 +34,7 @@ class Answer:
     """The decision for a frame, and what it rests on.
 
     Attributes:
-        decision: the planner's decision. `object_id` and `evidence` use torc's ids, in which the target is 0; the
+        decision: the planner's decision. `object_id` and `evidence` use torc's ids; the
             reason uses the frame's labels, provided the planner writes `context.called(object_id)`.
         look: everything that was perceived and planned. Pass `look.context.volume` to the next call.
         labels: the frame's label of each id.
