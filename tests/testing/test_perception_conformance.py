@@ -16,15 +16,14 @@ SUITES = sorted(p.stem for p in Path(torc.testing.__file__).parent.glob("*.py") 
 
 
 class Cheat(FromMasks):
-    """Returns the true labels, where it is given any."""
+    """Returns the true labels."""
 
-    def perceive(self, observation, wanted, before, label_image=None):
+    def perceive(self, observation, wanted, before, label_image):
         self.truth = label_image
         return super().perceive(observation, wanted, before)
 
     def find(self, observation, wanted):
-        label = np.full(observation.depth_m.shape, -1, np.int16) if self.truth is None else self.truth
-        return Masks(label, np.full(int(label.max()) + 1, 0.5, np.float32))
+        return Masks(self.truth, np.full(int(self.truth.max()) + 1, 0.5, np.float32))
 
 
 class Entitled(Cheat):
@@ -34,7 +33,7 @@ class Entitled(Cheat):
 
 
 def test_true_labels_are_for_a_perception_that_asks_for_them():
-    with pytest.raises(NonConformanceError):
+    with pytest.raises(NonConformanceError, match="label_image"):
         check_perception(Cheat)
     check_perception(Entitled)
 
