@@ -19,7 +19,6 @@ MAY = {
     "torc.objects.importing",
     "torc.objects.importing.storing",
     "torc.objects.library",
-    "torc.perception.privileged",
     "torc.pipeline.frames",
     "torc.pipeline.planners",
     "torc.sim.robot",
