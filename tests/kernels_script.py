@@ -20,12 +20,12 @@ from torc.motion.sampling_planner import SamplingMotionPlanner
 from torc.perception.protocol import Wanted
 from torc.pipeline.building import System, build_pipeline
 from torc.pipeline.planners import make_planner
-from torc.records import Observation
+from torc.records import Capture
 from torc.robots.loading import load_robot
 from torc.specs.conditions import Conditions
 from torc.specs.trial import TrialSpec
 from torc.task_planning.checked_decisions import rehearse_planner
-from torc.testing.synthetic import random_clutter, synthetic_observation
+from torc.testing.synthetic import random_clutter, synthetic_capture
 from torc.workspace.workspace_files import load_workspace
 
 
@@ -51,7 +51,7 @@ def main(directory: Path, trials: list[str]) -> dict[str, object]:
         if trial.result.status != "completed":
             raise RuntimeError(trial.result)
     played = compiled_since(rehearsed)
-    frame = load_frame(write_frame(directory / "frame.npz", synthetic_observation(shapes, workspace.camera)))
+    frame = load_frame(write_frame(directory / "frame.npz", synthetic_capture(shapes, workspace.camera)))
     decider = FrameDecider(frame, planner)
     decider.rehearse()
     before = all_signatures()
@@ -61,9 +61,9 @@ def main(directory: Path, trials: list[str]) -> dict[str, object]:
     return {"played": played, "decided": decided, "announced": announced, "never": never}
 
 
-def write_frame(path: Path, o: Observation) -> Path:
+def write_frame(path: Path, capture: Capture) -> Path:
     """The file as somebody else's recorder may write it: 64-bit depth, a label per object from 1, 0 the background."""
-    labels = np.maximum(o.label_image, -1) + 1
+    o, labels = capture.observation, np.maximum(capture.label_image, -1) + 1
     depth_m = np.asfortranarray(o.depth_m.astype(np.float64))
     np.savez(
         path, rgb=o.rgb, depth_m=depth_m, K=o.K, T_world_camera=o.T_world_camera, labels=labels, target=1

@@ -16,10 +16,10 @@ from torc.collision.contacts import collides, edges_collide
 from torc.grasping.geometric_planner import GeometricGraspPlanner
 from torc.grasping.validity import evaluate_grasps, evaluate_grasps_without_robot
 from torc.occlusion.volume import FIXED_CAMERA, empty_volume, update_volume
-from torc.perception.privileged import LabelPerception
 from torc.robots.ik import solve_ik
 from torc.task_planning.relations import find_relations
-from torc.testing.synthetic import random_clutter, synthetic_observation
+from torc.testing import contexts
+from torc.testing.synthetic import random_clutter, synthetic_capture
 
 UNUSED = [
     *(f"torc.robots.ik.{name}" for name in ("_damped_step", "_descend", "numeric_ik_kernel")),
@@ -40,9 +40,9 @@ def odd(value):
     return out
 
 
-def see(observation, robot, workspace, change):
+def see(capture, robot, workspace, change):
     """All that is made of a snapshot, each record passed on through `change`."""
-    scene = change(LabelPerception().perceive(change(observation)))
+    scene = change(contexts.see(change(capture)))
     volume = update_volume(empty_volume(workspace.grid), scene, FIXED_CAMERA)
     volume = change(update_volume(volume, scene, FIXED_CAMERA))
     world = build_collision_world(volume, workspace)
@@ -66,10 +66,10 @@ def see(observation, robot, workspace, change):
 
 
 def test_memory_order_and_protection_change_neither_results_nor_what_is_compiled(robot, workspace):
-    observation = synthetic_observation(random_clutter(np.random.default_rng(0), 6), workspace.camera)
-    plain = see(observation, robot, workspace, lambda value: value)
+    capture = synthetic_capture(random_clutter(np.random.default_rng(0), 6), workspace.camera)
+    plain = see(capture, robot, workspace, lambda value: value)
     before = all_signatures()
-    for a, b in zip(plain, see(observation, robot, workspace, odd), strict=True):
+    for a, b in zip(plain, see(capture, robot, workspace, odd), strict=True):
         np.testing.assert_array_equal(a, b)
     assert compiled_since(before) == []
 

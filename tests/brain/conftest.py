@@ -11,7 +11,7 @@ from torc.geometry.transforms import look_at
 from torc.pipeline.frames import Frame
 from torc.records import BACKGROUND
 from torc.testing.contexts import box
-from torc.testing.synthetic import synthetic_observation
+from torc.testing.synthetic import synthetic_capture
 from torc.workspace.description import CameraMount
 
 SHAPES = (
@@ -35,8 +35,8 @@ def frame_of(tmp_path: Path) -> Callable[..., Frame]:
 
     def make(distance_m: float = 1.0, support_z_m: float = 1.05, **settings) -> Frame:
         shapes = [box(s.id, *s.center[:2], s.size, on=support_z_m - 1.05) for s in SHAPES]
-        o = synthetic_observation(shapes, mount_at(distance_m), support_z_m)
-        labels = np.vectorize(LABELS.get)(o.label_image)
+        capture = synthetic_capture(shapes, mount_at(distance_m), support_z_m)
+        o, labels = capture.observation, np.vectorize(LABELS.get)(capture.label_image)
         labels[0, :3] = 23
         arrays = {"rgb": o.rgb, "depth_m": o.depth_m, "K": o.K, "T_world_camera": o.T_world_camera}
         np.savez(tmp_path / "frame.npz", **({**arrays, "labels": labels, "target": 512} | settings))

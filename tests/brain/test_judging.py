@@ -17,7 +17,7 @@ from torc.pipeline.frames.annotated import LAYOUTS, AnnotatedPicture, annotated_
 from torc.pipeline.frames.level import level_pose
 from torc.specs.conditions import PipelineSpec
 from torc.testing.contexts import box
-from torc.testing.synthetic import synthetic_observation
+from torc.testing.synthetic import synthetic_capture
 from torc.workspace.description import CameraMount
 from torc.workspace.workspace_files import load_workspace
 
@@ -27,7 +27,9 @@ XTION = CameraMount(OWN.T_world_camera, 640, 480, float(2 * np.arctan(240 / 570.
 
 
 def picture(mount=XTION):
-    return synthetic_observation(SHAPES, mount)
+    """What a camera sees, and the true labels."""
+    capture = synthetic_capture(SHAPES, mount)
+    return capture.observation, capture.label_image
 
 
 def save(path, array):
@@ -36,14 +38,15 @@ def save(path, array):
 
 
 def test_the_depth_stage_is_used():
-    found = AnnotatedPicture("a", replace(picture(), label_image=None), True, picture().label_image)
+    observation, label = picture()
+    found = AnnotatedPicture("a", observation, True, label)
     with pytest.raises(InputError, match="needs the two pictures"):
         judge(found, PipelineSpec(perception="embedded", depth="sgbm"))
 
 
 def write_ocid(root):
-    o, seq = picture(), root / "ARID20" / "table" / "top" / "seq01"
-    labels = np.where(o.label_image < 0, 2, o.label_image + 3).astype(np.uint16)
+    (o, label), seq = picture(), root / "ARID20" / "table" / "top" / "seq01"
+    labels = np.where(label < 0, 2, label + 3).astype(np.uint16)
     labels[:40] = 1
     save(seq / "rgb" / "a.png", o.rgb)
     save(seq / "depth" / "a.png", np.minimum(o.depth_m * 1000, 65535).round().astype(np.uint16))
@@ -51,17 +54,17 @@ def write_ocid(root):
 
 
 def write_osd(root):
-    o = picture()
+    o, label = picture()
     save(root / "image_color" / "a.png", o.rgb)
     save(root / "disparity" / "a.png", np.minimum(o.depth_m * 1000, 65535).round().astype(np.uint16))
-    save(root / "annotation" / "a.png", (o.label_image + 1).clip(0).astype(np.uint8))
+    save(root / "annotation" / "a.png", (label + 1).clip(0).astype(np.uint8))
 
 
 def write_graspclutter6d(root):
-    o, scene = picture(OWN), root / "scenes" / "000007"
+    (o, label), scene = picture(OWN), root / "scenes" / "000007"
     save(scene / "rgb" / "000003.png", o.rgb)
     save(scene / "depth" / "000003.png", np.minimum(o.depth_m * 10000, 65535).round().astype(np.uint16))
-    labels = (o.label_image + 1).clip(0).astype(np.uint8)
+    labels = (label + 1).clip(0).astype(np.uint8)
     save(scene / "label" / "000003.png", np.repeat(labels[..., None], 3, axis=-1))
     T = o.T_world_camera
     camera = {
@@ -74,10 +77,10 @@ def write_graspclutter6d(root):
 
 
 def write_frames(root):
-    o = picture(OWN)
+    o, label = picture(OWN)
     root.mkdir(exist_ok=True)
     data = {"rgb": o.rgb, "depth_m": o.depth_m, "K": o.K, "T_world_camera": o.T_world_camera}
-    np.savez(root / "a.npz", **data, labels=o.label_image, target=0)
+    np.savez(root / "a.npz", **data, labels=label, target=0)
 
 
 WRITERS = {
@@ -93,11 +96,8 @@ def test_each_layout_gives_the_picture_its_depth_and_its_true_masks(layout, tmp_
     WRITERS[layout](tmp_path)
     ((_, read),) = annotated_pictures(tmp_path, layout)
     found = read()
-    o = picture(OWN if layout in ("graspclutter6d", "frames") else XTION)
-    assert (
-        score_masks(found.truth, np.where(o.label_image < 0, -1, o.label_image).astype(np.int16)).overlap_f
-        == 1
-    )
+    o, label = picture(OWN if layout in ("graspclutter6d", "frames") else XTION)
+    assert score_masks(found.truth, np.where(label < 0, -1, label).astype(np.int16)).overlap_f == 1
     inside = o.depth_m < 6
     np.testing.assert_allclose(found.observation.depth_m[inside], o.depth_m[inside], atol=1e-3)
     np.testing.assert_allclose(found.observation.K, o.K, rtol=1e-3)
@@ -142,7 +142,7 @@ def test_what_cannot_be_used_is_told_with_its_reason(tmp_path, capsys):
 
 
 def test_a_pose_by_the_support_is_near_the_true_one():
-    o = picture(OWN)
+    o, _ = picture(OWN)
     T = level_pose(o)
     up = T[2, :3] @ o.T_world_camera[2, :3]
     assert np.degrees(np.arccos(min(1.0, up))) < 1.0
@@ -152,7 +152,7 @@ def test_a_pose_by_the_support_is_near_the_true_one():
 
 
 def test_a_picture_without_a_plane_has_no_pose():
-    o = picture(OWN)
+    o, _ = picture(OWN)
     rng = np.random.default_rng(0)
     ragged = replace(o, depth_m=rng.uniform(0.3, 2.5, o.depth_m.shape).astype(np.float32))
     with pytest.raises(InputError, match="No support"):

@@ -17,7 +17,7 @@ EYES = PipelineSpec(perception="embedded")
 
 
 def test_objects_and_support_are_found():
-    sight = see(replace(SEEN, label_image=None), EYES)
+    sight = see(SEEN, EYES)
     assert len(sight.scene.objects) == 2
     assert sight.support_z_m == pytest.approx(1.05, abs=0.002)
     facts = sight.facts()
@@ -27,8 +27,9 @@ def test_objects_and_support_are_found():
     assert "trouble" not in facts
 
 
-def test_labels_that_are_there_are_taken_by_default():
-    assert [o.id for o in see(SEEN, PipelineSpec()).scene.objects] == [0, 1]
+def test_torcs_own_network_is_the_default_since_a_snapshot_has_no_labels():
+    default, own = see(SEEN, PipelineSpec()).scene, see(SEEN, EYES).scene
+    np.testing.assert_array_equal(default.label_image, own.label_image)
 
 
 def test_an_estimated_pose_is_told():
@@ -46,7 +47,7 @@ def test_trouble_is_told_not_raised():
 
 
 def test_a_picture_in_which_no_mask_was_found_says_so():
-    sight = see(replace(SEEN, label_image=None), EYES)
+    sight = see(SEEN, EYES)
     assert replace(sight, scene=replace(sight.scene, objects=())).facts()["objects"].startswith("none")
 
 

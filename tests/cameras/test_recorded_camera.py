@@ -37,7 +37,9 @@ def test_it_keeps_the_rules(frames):
 
 def test_what_was_recorded_is_played(tmp_path):
     save_observation(tmp_path / "frame_1", SEEN)
-    o = RecordedCamera(RecordedConfig(str(tmp_path))).capture()
+    capture = RecordedCamera(RecordedConfig(str(tmp_path))).capture()
+    o = capture.observation
+    assert capture.label_image is None
     np.testing.assert_array_equal(o.rgb, SEEN.rgb)
     np.testing.assert_allclose(o.depth_m, SEEN.depth_m, atol=0.00051)
     np.testing.assert_array_equal(o.K, SEEN.K)
@@ -46,14 +48,14 @@ def test_what_was_recorded_is_played(tmp_path):
 
 def test_the_last_frame_stays(frames):
     camera = RecordedCamera(RecordedConfig(str(frames)))
-    assert [int(camera.capture().rgb[0, 0, 0]) for _ in range(5)] == [0, 1, 2, 2, 2]
+    assert [int(camera.capture().observation.rgb[0, 0, 0]) for _ in range(5)] == [0, 1, 2, 2, 2]
     camera.close()
-    assert camera.capture().stamp_s == 0
+    assert camera.capture().observation.stamp_s == 0
 
 
 def test_or_it_raises(frames):
     camera = RecordedCamera(RecordedConfig(str(frames), at_end="raise"))
-    assert [camera.capture().stamp_s for _ in range(3)] == [0, 1, 2]
+    assert [camera.capture().observation.stamp_s for _ in range(3)] == [0, 1, 2]
     with pytest.raises(CameraError, match=r"All 3 frames of .* were played"):
         camera.capture()
 

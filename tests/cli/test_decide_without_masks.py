@@ -10,9 +10,10 @@ from PIL import Image
 from tests.helpers.fake_vlm import ScriptedVlm
 from tests.helpers.torc_command import run_torc
 from torc.testing.contexts import box
-from torc.testing.synthetic import synthetic_observation
+from torc.testing.synthetic import raycast, synthetic_observation
 
 SHAPES = (box(3, 0.60, -0.20, (0.06, 0.06, 0.16)), box(5, 0.62, 0.00, (0.05, 0.08, 0.08)))
+TRUE_LABELS = raycast(SHAPES).label_image
 
 
 @pytest.fixture
@@ -23,7 +24,7 @@ def frame(tmp_path):
 
 
 def middle(object_id):
-    rows, cols = np.nonzero(synthetic_observation(SHAPES).label_image == object_id)
+    rows, cols = np.nonzero(object_id == TRUE_LABELS)
     return f"{int(np.median(cols))},{int(np.median(rows))}"
 
 
@@ -49,7 +50,7 @@ def test_torcs_own_network_is_the_default_and_says_so(frame, capsys):
 
 def test_reference_pictures_are_read(frame, tmp_path, capsys):
     o = synthetic_observation(SHAPES)
-    alpha = np.where(o.label_image == 3, 255, 0).astype(np.uint8)
+    alpha = np.where(TRUE_LABELS == 3, 255, 0).astype(np.uint8)
     rows, cols = np.nonzero(alpha)
     cut = np.dstack([o.rgb, alpha])[rows.min() - 4 : rows.max() + 5, cols.min() - 4 : cols.max() + 5]
     Image.fromarray(cut).save(tmp_path / "box.png")
@@ -87,7 +88,7 @@ def test_what_cannot_be_is_told(frame, options, told, capsys):
 def test_options_for_frames_without_masks_are_refused_with_masks(frame, tmp_path, capsys):
     o = synthetic_observation(SHAPES)
     arrays = {"rgb": o.rgb, "depth_m": o.depth_m, "K": o.K, "T_world_camera": o.T_world_camera}
-    np.savez(tmp_path / "masked.npz", **arrays, labels=o.label_image, target=3)
+    np.savez(tmp_path / "masked.npz", **arrays, labels=TRUE_LABELS, target=3)
     code, _, err = run_torc("decide", tmp_path / "masked.npz", "--mark", "5,5", capsys=capsys)
     assert code == 2
     assert "frames without masks" in err
@@ -96,7 +97,7 @@ def test_options_for_frames_without_masks_are_refused_with_masks(frame, tmp_path
 def test_own_eyes_on_a_frame_with_masks_number_objects_themselves_and_know_its_target(tmp_path, capsys):
     o = synthetic_observation(SHAPES)
     arrays = {"rgb": o.rgb, "depth_m": o.depth_m, "K": o.K, "T_world_camera": o.T_world_camera}
-    label = np.where(o.label_image == 3, 40, np.where(o.label_image == 5, 50, 0))
+    label = np.where(TRUE_LABELS == 3, 40, np.where(TRUE_LABELS == 5, 50, 0))
     np.savez(tmp_path / "masked.npz", **arrays, labels=label, target=50)
     code, out, _ = run_torc(
         "decide", tmp_path / "masked.npz", "--json", "--perception", "embedded", capsys=capsys

@@ -10,15 +10,15 @@ from torc.drawing.label_places import place_labels
 from torc.drawing.marking import mark_image, number_image
 from torc.drawing.palette import object_color
 from torc.errors import InputError
-from torc.perception.privileged import LabelPerception
 from torc.records import MAX_OBJECTS
-from torc.testing.synthetic import SyntheticBox, random_clutter, synthetic_observation
+from torc.testing.contexts import see
+from torc.testing.synthetic import SyntheticBox, random_clutter, synthetic_capture
 
 SIZES = ((19, 19), (15, 15))
 
 
 def scene_of(shapes):
-    return LabelPerception().perceive(synthetic_observation(shapes))
+    return see(synthetic_capture(shapes))
 
 
 def box_slices(place):

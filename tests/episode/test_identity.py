@@ -11,7 +11,7 @@ from torc.episode.loop import Episode, run_episode
 from torc.episode.steps import EpisodeConfig
 from torc.perception.protocol import Wanted
 from torc.pipeline.state import EndReason
-from torc.records import TARGET_ID, PickOutcome, PickResult
+from torc.records import TARGET_ID, Observation, PickOutcome, PickResult
 from torc.testing.synthetic import SyntheticBox
 
 TALL = SyntheticBox(1, (0.58, -0.12, 1.12), (0.05, 0.06, 0.14))
@@ -36,16 +36,19 @@ def play(robot):
     return run
 
 
-def test_eyes_of_ones_own_are_shown_no_labels(play):
+def test_the_truth_of_a_look_is_known_beside_what_eyes_of_ones_own_see(play):
     _, events, eyes = play([7], {0: 7, 1: 4, 2: 5})
-    assert all(observation.label_image is None for observation in eyes.given)
-    looked = next(e for e in events if isinstance(e, Looked))
-    assert looked.look.observation.label_image is not None
-    assert looked.look.context.scene.observation.label_image is None
+    assert {type(seen) for seen in eyes.given} == {Observation}
+    look = next(e for e in events if isinstance(e, Looked)).look
+    assert not look.ids_given
+    assert np.array_equal(look.truth, look.captures[0].label_image)
+    assert set(np.unique(look.truth[look.truth >= 0])) == {0, 1, 2}
 
 
 def test_labels_that_are_given_need_no_translation(play):
     result, events, _ = play([0])
+    assert events[1].look.ids_given
+    assert events[1].look.truth is None
     assert true_ids(events[1].look) == {}
     assert result.outcomes[0].true_id is None
     lines = [line_of(e).plain for e in events]
@@ -62,7 +65,7 @@ def test_each_mask_is_what_most_of_it_shows(play):
 def test_two_objects_in_one_mask_are_the_larger_one(play):
     _, events, _ = play([4], {0: 7, 1: 4, 2: 4})
     look = next(e for e in events if isinstance(e, Looked)).look
-    truth = look.observation.label_image
+    truth = look.truth
     larger = 1 if np.count_nonzero(truth == 1) > np.count_nonzero(truth == 2) else 2
     assert true_ids(look) == {7: 0, 4: larger}
     assert mask_faults(look) == MaskFaults(merged=(1, 2))

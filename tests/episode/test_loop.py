@@ -17,7 +17,7 @@ from torc.io.record_files import load_record
 from torc.perception.protocol import Wanted
 from torc.pipeline.planners import make_planner
 from torc.pipeline.state import EndReason
-from torc.records import Decision, FeltOutcome, GraspStatus, Observation, PickOutcome, PickResult
+from torc.records import Capture, Decision, FeltOutcome, GraspStatus, PickOutcome, PickResult
 from torc.testing.synthetic import SyntheticBox
 
 TALL = SyntheticBox(1, (0.58, -0.12, 1.15), (0.05, 0.14, 0.20))
@@ -81,8 +81,10 @@ def test_saved_snapshots_give_the_same_perception_again(play, tmp_path):
     recorder, seen = TrialRecorder(tmp_path / "trial", {}, snapshots=True), []
     play(make_planner("random"), max_picks=1, listeners=[recorder, seen.append])
     recorder.complete(TrialResult(status="completed"))
-    record = load_record(tmp_path / "trial" / "picks" / "00_observation.npz", Observation)
-    assert np.array_equal(record.label_image, seen[1].look.observation.label_image)
+    record = load_record(tmp_path / "trial" / "picks" / "00_observation.npz", Capture)
+    (capture,) = seen[1].look.captures
+    assert np.array_equal(record.observation.depth_m, capture.observation.depth_m)
+    assert np.array_equal(record.label_image, capture.label_image)
 
 
 def test_recorder_writes_a_whole_directory(play, tmp_path):

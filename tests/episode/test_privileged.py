@@ -103,7 +103,8 @@ def test_grasps_are_drawn_alike_whatever_is_gone(sandbox):
     (look,) = sandbox.looks_without(start, (taken,), (5,))
     later = sandbox.with_draws(5).look_without(start, (taken,))
     assert taken not in look.context.scene.ids
-    assert np.array_equal(look.observation.depth_m, later.observation.depth_m)
+    seen, seen_later = (one.captures[0].observation for one in (look, later))
+    assert np.array_equal(seen.depth_m, seen_later.depth_m)
     assert look.context.picks_left == later.context.picks_left + 1
     assert _digest(look) != _digest(later)
 

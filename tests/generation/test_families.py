@@ -48,8 +48,8 @@ def test_twins_are_one_scene_with_and_without_the_target(twins):
 
 
 def test_the_first_look_is_the_same(twins, inspector):
-    absent, there = (inspector.view(problem).observation for problem in twins)
-    np.testing.assert_array_equal(absent.depth_m, there.depth_m)
+    absent, there = (inspector.view(problem).capture for problem in twins)
+    np.testing.assert_array_equal(absent.observation.depth_m, there.observation.depth_m)
     # Both have the target's number, so that all others have theirs.
     np.testing.assert_array_equal(absent.label_image, there.label_image)
 

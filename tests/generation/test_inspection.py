@@ -24,17 +24,17 @@ def view(inspector):
 
 def test_another_target_is_the_same_picture_with_other_numbers(inspector, view):
     other = SCENE.objects[-1].name
-    renumbered = view.observation_for(other)
+    renumbered = view.capture_for(other)
     fresh = inspector.view(replace(SCENE, target=other))
-    assert np.array_equal(renumbered.label_image, fresh.observation.label_image)
-    assert np.array_equal(renumbered.depth_m, fresh.observation.depth_m)
+    assert np.array_equal(renumbered.label_image, fresh.capture.label_image)
+    assert np.array_equal(renumbered.observation.depth_m, fresh.capture.observation.depth_m)
     for placement in SCENE.objects:
         assert view.fraction(placement.name) == fresh.fraction(placement.name)
         assert view.pixels(placement.name) == fresh.pixels(placement.name)
 
 
 def test_fractions_are_those_of_the_picture(view):
-    labels = view.observation.label_image
+    labels = view.capture.label_image
     for i, placement in enumerate(SCENE.ordered()):
         assert view.pixels(placement.name) == np.count_nonzero(labels == i)
         assert 0.0 <= view.fraction(placement.name) <= 1.0
@@ -45,7 +45,7 @@ def test_graspable_at_first_is_what_the_pipeline_finds_among_all_objects(inspect
     pipeline = replace(inspector.system.pipeline, min_score=0.0)
     answers = []
     for placement in SCENE.objects:
-        look = pipeline.look(view.observation_for(placement.name))
+        look = pipeline.look(view.capture_for(placement.name))
         expected = look.context.report.has_valid_grasp(TARGET_ID)
         assert inspector.graspable_at_first(view, placement.name) == expected, placement.name
         answers.append(expected)

@@ -18,6 +18,7 @@ from torc.pipeline.look import Pipeline
 from torc.records import (
     BACKGROUND,
     TARGET_ID,
+    Capture,
     Decision,
     FeltOutcome,
     Observation,
@@ -33,7 +34,7 @@ from torc.records import (
 from torc.robots.description import RobotDescription
 from torc.robots.protocols import HeldCheck
 from torc.specs.conditions import Conditions
-from torc.testing.synthetic import Shape, synthetic_observation
+from torc.testing.synthetic import Shape, synthetic_capture
 from torc.workspace.workspace_files import load_workspace
 
 
@@ -49,10 +50,10 @@ class FakeRobot:
         self.executed: list[PickPlan] = []
         self.true_id: int | None = None
 
-    def capture(self) -> Observation:
+    def capture(self) -> Capture:
         """Ray-cast what is left."""
-        seen = synthetic_observation(self.shapes, stamp_s=float(len(self.executed)))
-        return replace(seen, qpos=self.description.arm.rest_qpos)
+        seen = synthetic_capture(self.shapes, stamp_s=float(len(self.executed)))
+        return replace(seen, observation=replace(seen.observation, qpos=self.description.arm.rest_qpos))
 
     def aim_at(self, true_id: int | None) -> None:
         """Note what the next pick is meant for."""
@@ -64,12 +65,14 @@ class FakeRobot:
         if len(self.executed) <= len(self.results):
             outcome = self.results[len(self.executed) - 1]
             if outcome.held_after_lift and is_target is not None:
-                is_target(self.capture(), 0.04)
+                is_target(self.capture().observation, 0.04)
             return outcome
         true_id, self.true_id = self.true_id, None
         meant = plan.object_id if true_id is None else true_id
         self.shapes = [s for s in self.shapes if s.id != meant]
-        believed = plan.object_id == TARGET_ID if is_target is None else is_target(self.capture(), 0.04)
+        believed = (
+            plan.object_id == TARGET_ID if is_target is None else is_target(self.capture().observation, 0.04)
+        )
         result, felt = _delivered(meant == TARGET_ID), _delivered(believed)
         told = FeltOutcome(felt, True, True)
         return PickOutcome(
@@ -95,7 +98,7 @@ class RenamingEyes:
         """The true masks, renamed."""
         self.given.append(observation)
         self.before.append(before)
-        truth = synthetic_observation(self.robot.shapes).label_image
+        truth = synthetic_capture(self.robot.shapes).label_image
         assert truth is not None
         label = np.full(truth.shape, BACKGROUND, np.int16)
         for true_id, own_id in self.names.items():
@@ -122,7 +125,7 @@ class RecognisingEyes(RenamingEyes):
     ) -> float | None:
         """What was said beforehand."""
         assert mask.shape == observation.depth_m.shape
-        assert observation.label_image is None
+        assert isinstance(observation, Observation)
         return self.in_hand[object_id]
 
 

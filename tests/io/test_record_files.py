@@ -1,6 +1,7 @@
 """Round trips of records through files."""
 
 import json
+from dataclasses import make_dataclass
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from torc.errors import InputError
 from torc.io.record_files import load_record, save_record, to_plain
 from torc.records import (
     BACKGROUND,
+    Capture,
     GraspSet,
     Observation,
     PickOutcome,
@@ -22,10 +24,9 @@ from torc.records import (
 )
 
 
-def _observation(rng, with_labels=True):
+def _observation(rng):
     rgb, depth_m = rng.integers(0, 255, (4, 6, 3), dtype=np.uint8), rng.random((4, 6), dtype=np.float32)
-    labels = np.full((4, 6), BACKGROUND, np.int16) if with_labels else None
-    return Observation(rgb, depth_m, rng.random((3, 3)), np.eye(4), rng.random(7), 0.1 + 0.2, labels)
+    return Observation(rgb, depth_m, rng.random((3, 3)), np.eye(4), rng.random(7), 0.1 + 0.2)
 
 
 def _same(a, b):
@@ -43,10 +44,12 @@ def _records(rng):
     observation = _observation(rng)
     points, normals = rng.random((2, 5, 3), dtype=np.float32)
     thing = SegmentedObject(3, points, normals, np.zeros((5, 2), np.int32), 7)
+    label = np.full((4, 6), BACKGROUND, np.int16)
     yield observation
-    yield _observation(rng, with_labels=False)
+    yield Capture(observation, label)
+    yield Capture(observation)
     nothing = np.zeros((0, 3), np.float32)
-    yield SegmentedScene(observation, observation.label_image, (thing, thing), None, nothing)
+    yield SegmentedScene(observation, label, (thing, thing), None, nothing)
     yield PickOutcome(PickResult.MISSED, 4, None, dropped=(1, 2), detail="ü")
     yield PlanFailure(PlanStage.LIFT, "no", 3)
     yield PickPlan(1, 2, np.eye(4), 0.05, *[trajectory] * 5, grasps_tried=1)
@@ -62,6 +65,15 @@ def test_every_record_survives_the_file(tmp_path):
         assert _same(record, load_record(path, type(record)))
         assert list(tmp_path.glob("*.tmp")) == []
         json.dumps(to_plain(record))
+
+
+def test_fields_that_a_record_no_longer_has_are_skipped(tmp_path):
+    """As `label_image` in observations of older versions."""
+    observation, path = _observation(np.random.default_rng(0)), tmp_path / "old.npz"
+    fields = {name: getattr(observation, name) for name in Observation.__dataclass_fields__}
+    Old = make_dataclass("Observation", [*fields, "label_image"])
+    save_record(Old(**fields, label_image=np.full((4, 6), BACKGROUND, np.int16)), path)
+    assert _same(load_record(path, Observation), observation)
 
 
 def test_what_is_no_such_record_is_refused(tmp_path):

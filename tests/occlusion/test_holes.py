@@ -10,9 +10,9 @@ from scipy.ndimage import binary_dilation, binary_erosion, distance_transform_ed
 from torc.geometry.transforms import project
 from torc.occlusion.holes import bridge_holes
 from torc.occlusion.volume import OcclusionConfig, empty_volume, update_volume
-from torc.perception.privileged import LabelPerception
-from torc.records import BACKGROUND, EMPTY
-from torc.testing.synthetic import SyntheticBox, inside, random_clutter, synthetic_observation
+from torc.records import BACKGROUND, EMPTY, Capture
+from torc.testing.contexts import see
+from torc.testing.synthetic import SyntheticBox, inside, random_clutter, synthetic_capture
 from torc.workspace.workspace_files import load_workspace
 
 GRID = load_workspace().grid
@@ -24,8 +24,10 @@ HOLE_RAD = OcclusionConfig().hole_rad
 
 
 def volume_of(view, lost=None, config=None, before=None):
-    depth_m = view.depth_m if lost is None else np.where(lost, np.float32(0), view.depth_m)
-    scene = LabelPerception().perceive(replace(view, depth_m=depth_m))
+    observation = view.observation
+    if lost is not None:
+        observation = replace(observation, depth_m=np.where(lost, np.float32(0), observation.depth_m))
+    scene = see(replace(view, observation=observation))
     return update_volume(empty_volume(GRID) if before is None else before, scene, config)
 
 
@@ -63,10 +65,10 @@ def edges(depth_m, px):
 
 @pytest.mark.parametrize("seed", range(2))
 def test_without_holes_nothing_changes(seed):
-    view = synthetic_observation(random_clutter(np.random.default_rng(seed), 15))
-    assert np.all(view.depth_m > 0)
-    depth, source = bridge_holes(view.depth_m, view.label_image, FOCAL_PX, HOLE_RAD)
-    assert np.array_equal(depth, view.depth_m)
+    view = synthetic_capture(random_clutter(np.random.default_rng(seed), 15))
+    assert np.all(view.observation.depth_m > 0)
+    depth, source = bridge_holes(view.observation.depth_m, view.label_image, FOCAL_PX, HOLE_RAD)
+    assert np.array_equal(depth, view.observation.depth_m)
     assert np.array_equal(source.ravel(), np.arange(depth.size))
     bridged, left_open = volume_of(view), volume_of(view, config=OPEN)
     assert np.array_equal(bridged.seen, left_open.seen)
@@ -75,11 +77,11 @@ def test_without_holes_nothing_changes(seed):
 
 
 def test_readings_are_never_touched(rng):
-    view = synthetic_observation(random_clutter(rng, 15))
+    view = synthetic_capture(random_clutter(rng, 15))
     lost = speckles(rng, 0.2) | discs(rng)
-    holed = np.where(lost, np.float32(0), view.depth_m)
+    holed = np.where(lost, np.float32(0), view.observation.depth_m)
     depth, source = bridge_holes(holed, view.label_image, FOCAL_PX, HOLE_RAD)
-    assert np.array_equal(depth[~lost], view.depth_m[~lost])
+    assert np.array_equal(depth[~lost], view.observation.depth_m[~lost])
     assert np.array_equal(source[~lost], np.flatnonzero(~lost))
     assert np.all(holed.ravel()[source[lost & (depth > 0)]] > 0)
 
@@ -103,10 +105,12 @@ def test_small_holes_in_a_plane_get_its_depth(tilt, rng):
 
 @pytest.mark.parametrize("place", [(slice(210, 260), slice(240, 300)), (slice(300, 330), slice(100, 600))])
 def test_a_large_hole_stays_unknown_and_nobody_hides_it(place):
-    view = synthetic_observation([])
-    lost = np.zeros(view.depth_m.shape, bool)
+    view = synthetic_capture([])
+    lost = np.zeros(view.observation.depth_m.shape, bool)
     lost[place] = True
-    depth, _ = bridge_holes(np.where(lost, np.float32(0), view.depth_m), view.label_image, FOCAL_PX, HOLE_RAD)
+    depth, _ = bridge_holes(
+        np.where(lost, np.float32(0), view.observation.depth_m), view.label_image, FOCAL_PX, HOLE_RAD
+    )
     # No more than its corners are bridged.
     widest = HOLE_RAD * FOCAL_PX
     deep = distance_transform_edt(lost) > 0.5 * widest
@@ -125,25 +129,25 @@ def test_a_large_hole_stays_unknown_and_nobody_hides_it(place):
 @pytest.mark.parametrize("seed", range(2))
 def test_unread_edges_call_nothing_free_that_is_not(seed, px, masks):
     """By brute force against the complete frame. A voxel's width is left for where surfaces are rounded to voxels."""
-    view = synthetic_observation(random_clutter(np.random.default_rng(seed), 12))
+    view = synthetic_capture(random_clutter(np.random.default_rng(seed), 12))
     if not masks:
-        view = replace(view, label_image=np.full_like(view.label_image, BACKGROUND))
-    full, holed = volume_of(view), volume_of(view, edges(view.depth_m, px))
+        view = Capture(view.observation, np.full_like(view.label_image, BACKGROUND))
+    full, holed = volume_of(view), volume_of(view, edges(view.observation.depth_m, px))
     wrong = free(holed) & ~free(full)
     assert not np.any(wrong & binary_erosion(~free(full), np.ones((3, 3, 3)), border_value=1))
     assert np.count_nonzero(wrong) < 0.05 * np.count_nonzero(full.surface_label != EMPTY)
     # And it is worth something, most where masks tell on which side of an edge a pixel is.
-    left_open = volume_of(view, edges(view.depth_m, px), OPEN)
+    left_open = volume_of(view, edges(view.observation.depth_m, px), OPEN)
     wasted = np.count_nonzero(free(full) & ~free(holed)) / np.count_nonzero(free(full) & ~free(left_open))
     assert wasted < (0.05 if masks else 0.5)
 
 
 def test_a_hole_in_an_object_is_hidden_by_it():
     # Its face is not where two voxels meet.
-    view = synthetic_observation([replace(BOX, center=(0.604, 0.0, BOX.center[2]))])
+    view = synthetic_capture([replace(BOX, center=(0.604, 0.0, BOX.center[2]))])
     rows, cols = np.nonzero(view.label_image == 1)
     row, col = int(rows.mean()), int(cols.mean())
-    lost = np.zeros(view.depth_m.shape, bool)
+    lost = np.zeros(view.observation.depth_m.shape, bool)
     lost[row - 5 : row + 6, col - 5 : col + 6] = True
     full, holed, left_open = volume_of(view), volume_of(view, lost), volume_of(view, lost, OPEN)
     assert np.count_nonzero(free(full) & ~free(left_open)) > 20
@@ -158,29 +162,29 @@ def test_a_hole_in_an_object_is_hidden_by_it():
 def test_a_background_hole_between_objects_continues_the_nearer_one():
     near = SyntheticBox(1, (0.55, -0.05, SUPPORT_Z_M + 0.1), (0.06, 0.1, 0.2))
     far = SyntheticBox(2, (0.75, 0.03, SUPPORT_Z_M + 0.1), (0.06, 0.1, 0.2))
-    view = synthetic_observation([near, far])
+    view = synthetic_capture([near, far])
     row = int(np.nonzero(view.label_image == 1)[0].mean())
     line = view.label_image[row]
     edge = int(np.flatnonzero((line[:-1] == 2) & (line[1:] != 2)).max())
     hole = slice(edge - 1, edge + 4)
     label = view.label_image.copy()
     label[row - 40 : row + 41, hole] = BACKGROUND
-    holed = view.depth_m.copy()
+    holed = view.observation.depth_m.copy()
     holed[row - 40 : row + 41, hole] = 0
     depth, source = bridge_holes(holed, label, FOCAL_PX, HOLE_RAD)
     assert (label[row, edge - 2], label[row, edge + 4]) == (2, 1)
-    assert np.allclose(depth[row, hole], view.depth_m[row, edge + 4], rtol=0.02)
+    assert np.allclose(depth[row, hole], view.observation.depth_m[row, edge + 4], rtol=0.02)
     assert np.all(label.ravel()[source[row, hole]] == 1)
 
 
 def test_an_object_without_a_reading_is_not_looked_through(rng):
     """A dark pen that no sensor reads, thinner than a hole: the mask tells that there is something."""
     pen = SyntheticBox(3, (0.55, 0.0, SUPPORT_Z_M + 0.08), (0.012, 0.012, 0.16))
-    view = synthetic_observation([pen, replace(BOX, center=(0.75, 0.0, SUPPORT_Z_M + 0.08))])
+    view = synthetic_capture([pen, replace(BOX, center=(0.75, 0.0, SUPPORT_Z_M + 0.08))])
     unread = view.label_image == 3
     assert 3 < unread.any(axis=0).sum() < HOLE_RAD * FOCAL_PX
     depth, _ = bridge_holes(
-        np.where(unread, np.float32(0), view.depth_m), view.label_image, FOCAL_PX, HOLE_RAD
+        np.where(unread, np.float32(0), view.observation.depth_m), view.label_image, FOCAL_PX, HOLE_RAD
     )
     assert not np.any(depth[unread])
     volume = volume_of(view, unread)

@@ -7,9 +7,9 @@ import pytest
 
 from torc.geometry.transforms import project
 from torc.occlusion.volume import FIXED_CAMERA, empty_volume, update_volume
-from torc.perception.privileged import LabelPerception
 from torc.records import StereoPair
-from torc.testing.synthetic import SyntheticBox, inside, random_clutter, raycast, synthetic_observation
+from torc.testing.contexts import see
+from torc.testing.synthetic import SyntheticBox, inside, random_clutter, raycast, synthetic_capture
 from torc.workspace.workspace_files import load_workspace
 
 WORKSPACE = load_workspace()
@@ -23,7 +23,8 @@ POST = SyntheticBox(1, (0.6, 0.0, WORKSPACE.support_z_m + 0.15), (0.06, 0.10, 0.
 
 def stereo_view(shapes):
     """What the left camera sees, with readings only where the right one sees the same point; by rays, not matched."""
-    view, right = synthetic_observation(shapes, LEFT), raycast(shapes, RIGHT)
+    capture, right = synthetic_capture(shapes, LEFT), raycast(shapes, RIGHT)
+    view = capture.observation
     rows, cols = np.indices(view.depth_m.shape)
     z = view.depth_m
     shown = np.rint(cols - view.K[0, 0] * BASELINE_M / z).astype(int)
@@ -31,14 +32,13 @@ def stereo_view(shapes):
     there = right.depth_m[rows, np.maximum(shown, 0)]
     both = inside_right & (np.abs(there - z) < 0.03 * z)
     pair = StereoPair(np.zeros(z.shape, np.uint8), np.zeros(z.shape, np.uint8), BASELINE_M)
-    return replace(view, depth_m=np.where(both, z, np.float32(0)), pair=pair)
+    return replace(capture, observation=replace(view, depth_m=np.where(both, z, np.float32(0)), pair=pair))
 
 
 def volumes(shapes, config=FIXED_CAMERA):
     """With the left camera alone, and with both."""
-    view = stereo_view(shapes)
-    scene = LabelPerception().perceive(view)
-    alone = replace(scene, observation=replace(view, pair=None))
+    scene = see(stereo_view(shapes))
+    alone = replace(scene, observation=replace(scene.observation, pair=None))
     return [update_volume(empty_volume(GRID), s, config) for s in (alone, scene)]
 
 
@@ -97,10 +97,11 @@ def test_beside_a_post_the_space_before_it_is_seen_and_that_behind_it_is_hidden_
     assert np.mean((both.hidden_by[hidden] & bit) != 0) > 0.9
 
 
-def unread_beside_it(view):
+def unread_beside_it(capture):
     """Voxels on rays of background pixels that have no reading."""
+    view = capture.observation
     u, v, _ = project(GRID.centers().reshape(-1, 3), view.K, view.T_world_camera)
     row, col = (
         np.clip(np.rint(at), 0, n - 1).astype(int) for at, n in zip((v, u), view.depth_m.shape, strict=True)
     )
-    return ((view.depth_m == 0) & (view.label_image != POST.id))[row, col].reshape(GRID.shape)
+    return ((view.depth_m == 0) & (capture.label_image != POST.id))[row, col].reshape(GRID.shape)

@@ -16,15 +16,14 @@ from torc.occlusion.volume import (
     update_volume,
 )
 from torc.perception.noise import add_sensor_noise, stereo_camera
-from torc.perception.privileged import LabelPerception
 from torc.perception.segmentation import REAL_CAMERA
-from torc.records import BACKGROUND, EMPTY, ROBOT, VoxelGrid
+from torc.records import BACKGROUND, EMPTY, ROBOT, Capture, VoxelGrid
 from torc.testing import contexts
 from torc.testing.synthetic import (
     SyntheticBox,
     inside,
     random_clutter,
-    synthetic_observation,
+    synthetic_capture,
 )
 from torc.workspace.workspace_files import load_workspace
 
@@ -33,8 +32,9 @@ SUPPORT_Z_M = load_workspace().support_z_m
 BOX = SyntheticBox(1, (0.6, 0.0, SUPPORT_Z_M + 0.08), (0.08, 0.16, 0.16))
 
 
-def perceive(shapes, **observation):
-    return LabelPerception().perceive(replace(synthetic_observation(shapes), **observation))
+def perceive(shapes, **changes):
+    seen = synthetic_capture(shapes)
+    return contexts.see(replace(seen, observation=replace(seen.observation, **changes)))
 
 
 def look(shapes, volume=None, config=None):
@@ -78,14 +78,14 @@ def test_equals_the_definition_voxel_by_voxel(seed, reference_update):
     config = OcclusionConfig(min_moved_points=4, hole_rad=0.0)
     fast = slow = empty_volume(coarse_grid())
     for snapshot in range(3):
-        view = synthetic_observation(shapes)
-        depth, label = view.depth_m.copy(), view.label_image.copy()
+        seen = synthetic_capture(shapes)
+        depth, label = seen.observation.depth_m.copy(), seen.label_image.copy()
         for value in (0.0, np.nan, np.inf, 0.05, 50.0):
             r, c = rng.integers(120, 280), rng.integers(180, 400)
             depth[r : r + 25, c : c + 25] = value
         r, c = rng.integers(100, 300), rng.integers(150, 450)
         label[r : r + 60, c : c + 40] = ROBOT
-        scene = LabelPerception().perceive(replace(view, depth_m=depth, label_image=label))
+        scene = contexts.see(Capture(replace(seen.observation, depth_m=depth), label))
         fast, slow = update_volume(fast, scene, config), reference_update(slow, scene, config)
         assert np.array_equal(fast.seen, slow.seen)
         assert np.array_equal(fast.hidden_by, slow.hidden_by)
@@ -100,9 +100,8 @@ def test_equals_the_definition_voxel_by_voxel(seed, reference_update):
 
 @pytest.mark.parametrize("flag", ["empty_pixels_are_free", "out_of_view_is_free"])
 def test_the_options_equal_the_definition_too(flag, reference_update):
-    view = synthetic_observation([BOX])
-    depth = np.where(view.depth_m > 1.5, 0, view.depth_m).astype(np.float32)
-    scene = LabelPerception().perceive(replace(view, depth_m=depth))
+    depth = synthetic_capture([BOX]).observation.depth_m
+    scene = perceive([BOX], depth_m=np.where(depth > 1.5, np.float32(0), depth))
     config = OcclusionConfig(**{flag: True}, hole_rad=0.0)
     fast = update_volume(empty_volume(coarse_grid()), scene, config)
     slow = reference_update(empty_volume(coarse_grid()), scene, config)
@@ -171,11 +170,11 @@ def test_most_points_win_a_voxel_and_objects_win_over_the_background():
 
 
 def test_smoothing_takes_away_what_single_bad_readings_hide_and_keeps_the_shadows(rng):
-    clean = synthetic_observation([BOX])
+    clean = synthetic_capture([BOX])
     noisy = add_sensor_noise(clean, stereo_camera(), rng)
-    truth = update_volume(empty_volume(GRID), LabelPerception().perceive(clean))
-    raw = update_volume(empty_volume(GRID), LabelPerception().perceive(noisy), OcclusionConfig(hole_rad=0.0))
-    scene = LabelPerception(REAL_CAMERA).perceive(noisy)
+    truth = update_volume(empty_volume(GRID), contexts.see(clean))
+    raw = update_volume(empty_volume(GRID), contexts.see(noisy), OcclusionConfig(hole_rad=0.0))
+    scene = contexts.see(noisy, REAL_CAMERA)
     smooth = update_volume(empty_volume(GRID), scene, OcclusionConfig(smooth_px=FIXED_REAL_CAMERA.smooth_px))
     extra_raw = np.count_nonzero(unknown(raw) & truth.seen)
     extra = np.count_nonzero(unknown(smooth) & truth.seen)

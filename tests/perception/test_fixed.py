@@ -9,7 +9,7 @@ from torc.perception.from_masks import FromMasks, Masks, without_fixed
 from torc.perception.protocol import Wanted
 from torc.perception.segmentation import PerceptionConfig
 from torc.testing.contexts import box
-from torc.testing.synthetic import synthetic_observation
+from torc.testing.synthetic import synthetic_capture
 from torc.workspace.description import Box
 from torc.workspace.workspace_files import load_workspace
 
@@ -17,7 +17,8 @@ PAPER = load_workspace()
 WALL = box(1, 0.70, 0.0, (0.02, 0.5, 0.2))
 BOOK = box(2, 0.68, 0.1, (0.02, 0.1, 0.15))
 """It leans against the wall, flat."""
-SEEN = synthetic_observation((WALL, BOOK))
+CAPTURE = synthetic_capture((WALL, BOOK))
+SEEN, TRUE = CAPTURE.observation, CAPTURE.label_image
 
 
 def walled(x_m: float = 0.0):
@@ -27,8 +28,8 @@ def walled(x_m: float = 0.0):
 
 
 def kept(workspace, observation=SEEN) -> set[int]:
-    label = without_fixed(observation.label_image, observation, workspace, PerceptionConfig())
-    assert set(np.unique(label[label != observation.label_image])) <= {-1}
+    label = without_fixed(TRUE, observation, workspace, PerceptionConfig())
+    assert set(np.unique(label[label != TRUE])) <= {-1}
     return set(np.unique(label[label >= 0]).tolist())
 
 
@@ -58,16 +59,13 @@ def test_a_mask_without_a_reading_stays():
 
 
 class TrueMasks(FromMasks):
-    """The masks that the observation comes with."""
+    """Finds the true masks."""
 
     def find(self, observation, wanted):
         return Masks(TRUE, np.array([0.5, 0.6, 0.7], np.float32))
 
 
-TRUE = SEEN.label_image.astype(np.int16)
-
-
 @pytest.mark.parametrize(("workspace", "sureness"), [(PAPER, [0.6, 0.7]), (walled(), [0.7])])
 def test_perception_reports_none(workspace, sureness):
-    scene = TrueMasks(workspace=workspace).perceive(replace(SEEN, label_image=None), Wanted(""), None)
+    scene = TrueMasks(workspace=workspace).perceive(SEEN, Wanted(""), None)
     assert [k.sureness for k in scene.known] == [np.float32(s) for s in sureness]

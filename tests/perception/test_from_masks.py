@@ -13,7 +13,7 @@ from torc.pipeline.building import make_stage
 from torc.specs.conditions import PipelineSpec
 from torc.testing.contexts import box
 from torc.testing.perception_conformance import check_perception
-from torc.testing.synthetic import synthetic_observation
+from torc.testing.synthetic import synthetic_capture, synthetic_observation
 
 
 class Halves(FromMasks):
@@ -35,9 +35,8 @@ def test_one_of_ones_own_is_made_by_its_name_with_its_settings():
     part = make_stage(spec, "perception", rough=True)
     assert part.config.clouds.min_pixels == 99
     assert part.config.clouds.edge_slope == 4.0
-    observation = replace(
-        synthetic_observation((box(1, 0.55, -0.20, (0.1, 0.1, 0.2)), box(2, 0.55, 0.0, (0.1, 0.1, 0.2)))),
-        label_image=None,
+    observation = synthetic_observation(
+        (box(1, 0.55, -0.20, (0.1, 0.1, 0.2)), box(2, 0.55, 0.0, (0.1, 0.1, 0.2)))
     )
     scene = part.perceive(observation, Wanted("the left half"), None)
     assert len(scene.objects) == 2
@@ -49,7 +48,6 @@ def test_what_is_in_the_hand_is_judged_by_pictures_and_else_by_what_was_believed
     """A picture of the object itself tells more than one of something else."""
     eyes = Halves()
     observation = synthetic_observation((box(1, 0.55, -0.20, (0.1, 0.1, 0.2)),))
-    observation = replace(observation, label_image=None)
     own = np.dstack([rng.integers(0, 255, (40, 30, 3)), np.full((40, 30), 255)]).astype(np.uint8)
     own[0, :, 3] = 0
     other = np.where(np.arange(4) < 3, np.uint8(120), own)
@@ -84,7 +82,7 @@ def test_what_is_in_the_hand_is_judged_by_pictures_and_else_by_what_was_believed
 
 def test_of_two_alike_the_size_tells_which_it_is():
     boxes = box(1, 0.55, -0.20, (0.1, 0.1, 0.25)), box(2, 0.55, 0.0, (0.05, 0.05, 0.08))
-    observation = replace(synthetic_observation(boxes), label_image=None)
+    observation = synthetic_observation(boxes)
     picture = np.full((30, 30, 3), 128, np.uint8)
 
     def odds_of_the_short_one(size_m):
@@ -98,8 +96,7 @@ def test_of_two_alike_the_size_tells_which_it_is():
 
 
 def test_what_may_be_in_the_bin_is_remembered_from_look_to_look():
-    observation = synthetic_observation((box(1, 0.55, -0.20, (0.1, 0.1, 0.25)),))
-    observation, eyes = replace(observation, label_image=None), Halves()
+    observation, eyes = synthetic_observation((box(1, 0.55, -0.20, (0.1, 0.1, 0.25)),)), Halves()
     wanted = Wanted("", (np.full((30, 30, 3), 128, np.uint8),))
     scene = eyes.perceive(observation, wanted, None)
     again = eyes.perceive(observation, wanted, replace(scene, brought_odds=3.0))
@@ -123,10 +120,9 @@ class TooHigh(FromMasks):
 def test_a_mask_that_reaches_beyond_its_object_makes_it_no_larger():
     """With exact depth too: a strip of table or wall behind it, taken for a part, would make it a metre wide."""
     shapes = (box(0, 0.55, -0.20, (0.1, 0.1, 0.2)), box(1, 0.55, 0.0, (0.1, 0.1, 0.2)))
-    observation = synthetic_observation(shapes)
-    eyes = TooHigh()
-    eyes.truth = observation.label_image
-    scene = eyes.perceive(replace(observation, label_image=None), Wanted(""), None)
+    capture, eyes = synthetic_capture(shapes), TooHigh()
+    eyes.truth = capture.label_image
+    scene = eyes.perceive(capture.observation, Wanted(""), None)
     assert len(scene.objects) == 2
     for o in scene.objects:
         assert np.all(np.ptp(o.points, axis=0) < 0.22)

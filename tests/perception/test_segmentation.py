@@ -9,9 +9,9 @@ import pytest
 from torc.errors import InputError
 from torc.geometry.transforms import project
 from torc.perception.noise import NoiseConfig, add_sensor_noise
-from torc.perception.privileged import LabelPerception
 from torc.perception.segmentation import PerceptionConfig
-from torc.records import BACKGROUND, ROBOT
+from torc.records import BACKGROUND, ROBOT, Capture
+from torc.testing.contexts import see
 from torc.testing.synthetic import (
     SyntheticBox,
     SyntheticCylinder,
@@ -19,7 +19,7 @@ from torc.testing.synthetic import (
     inside,
     random_clutter,
     raycast,
-    synthetic_observation,
+    synthetic_capture,
 )
 from torc.workspace.workspace_files import load_workspace
 
@@ -29,8 +29,12 @@ BALL = SyntheticSphere(3, (0.6, -0.2, 1.10), 0.05)
 SHAPES = (BOX, CAN, BALL)
 
 
-def perceive(observation, **config):
-    return LabelPerception(PerceptionConfig(**config)).perceive(observation)
+def perceive(capture, **config):
+    return see(capture, PerceptionConfig(**config))
+
+
+def with_depth(capture, depth_m):
+    return replace(capture, observation=replace(capture.observation, depth_m=depth_m))
 
 
 def angles_deg(a, b):
@@ -39,7 +43,7 @@ def angles_deg(a, b):
 
 def test_points_are_the_pixels_of_the_mask_on_the_surface(rng):
     shapes = random_clutter(rng, 15)
-    scene = perceive(synthetic_observation(shapes))
+    scene = perceive(synthetic_capture(shapes))
     view = scene.observation
     assert len(scene.objects) > 8
     for o in scene.objects:
@@ -55,7 +59,7 @@ def test_points_are_the_pixels_of_the_mask_on_the_surface(rng):
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_normals_are_unit_and_right_to_a_few_degrees(shape):
-    scene = perceive(synthetic_observation(SHAPES))
+    scene = perceive(synthetic_capture(SHAPES))
     o = scene.object(shape.id)
     truth = raycast(SHAPES).normals[o.pixels[:, 0], o.pixels[:, 1]]
     errors = angles_deg(o.normals, truth)
@@ -68,15 +72,15 @@ def test_normals_are_unit_and_right_to_a_few_degrees(shape):
 
 
 def test_normals_next_to_the_ridges_of_a_box_belong_to_one_of_its_faces():
-    scene = perceive(synthetic_observation([BOX]))
+    scene = perceive(synthetic_capture([BOX]))
     o = scene.object(1)
     truth = raycast([BOX]).normals[o.pixels[:, 0], o.pixels[:, 1]]
     assert np.mean(angles_deg(o.normals, truth) > 10) < 0.02
 
 
 def test_points_between_two_surfaces_are_dropped():
-    view = synthetic_observation([BOX])
-    depth = view.depth_m.copy()
+    view = synthetic_capture([BOX])
+    depth = view.observation.depth_m.copy()
     rows, cols = np.nonzero(view.label_image == 1)
     # The mask's pixels right of the box's left rim, smeared half way to what lies behind.
     left = {r: cols[rows == r].min() for r in np.unique(rows)[5:-40]}
@@ -84,14 +88,14 @@ def test_points_between_two_surfaces_are_dropped():
     assert len(smeared) > 10
     for r, c in smeared:
         depth[r, c] = (depth[r, c - 1] + depth[r, c + 1]) / 2
-    scene = perceive(replace(view, depth_m=depth))
+    scene = perceive(with_depth(view, depth))
     kept = {tuple(p) for p in scene.object(1).pixels}
     assert not kept & set(smeared)
     assert np.all(inside(BOX, scene.object(1).points, 1e-4))
 
 
 def test_a_mask_that_bleeds_over_the_background_keeps_to_its_surface():
-    view = synthetic_observation([BALL, CAN])
+    view = synthetic_capture([BALL, CAN])
     label = view.label_image.copy()
     for object_id in (2, 3):
         mask = view.label_image == object_id
@@ -107,13 +111,13 @@ def test_a_mask_that_bleeds_over_the_background_keeps_to_its_surface():
 
 
 def test_readings_out_of_range_are_none():
-    view = synthetic_observation([BOX])
-    depth = view.depth_m.copy()
+    view = synthetic_capture([BOX])
+    depth = view.observation.depth_m.copy()
     bad = np.zeros(depth.shape, dtype=bool)
     bad[200:260, 300:340] = True
     for value in (np.nan, np.inf, -np.inf, 0.0, 0.05, 3.5, -1.0):
         depth[bad] = value
-        scene = perceive(replace(view, depth_m=depth), max_depth_m=3.0)
+        scene = perceive(with_depth(view, depth), max_depth_m=3.0)
         o = scene.object(1)
         assert not np.any(bad[o.pixels[:, 0], o.pixels[:, 1]])
         assert o.pixel_count == np.count_nonzero(view.label_image == 1)
@@ -121,7 +125,7 @@ def test_readings_out_of_range_are_none():
 
 
 def test_slivers_are_not_reported_but_stay_obstacles():
-    view = synthetic_observation([BOX])
+    view = synthetic_capture([BOX])
     label = np.full_like(view.label_image, BACKGROUND)
     rows, cols = np.nonzero(view.label_image == 1)
     label[rows, cols] = 1
@@ -136,17 +140,17 @@ def test_slivers_are_not_reported_but_stay_obstacles():
 
 def test_the_target_is_known_from_its_own_threshold_on():
     target = replace(BOX, id=0)
-    view = synthetic_observation([target, CAN])
+    view = synthetic_capture([target, CAN])
     n = int(np.count_nonzero(view.label_image == 0))
     assert perceive(view, min_target_pixels=n).target_id == 0
     hidden = perceive(view, min_target_pixels=n + 1)
     assert hidden.target_id is None
     assert hidden.ids == (2,)
-    assert perceive(synthetic_observation([CAN])).target_id is None
+    assert perceive(synthetic_capture([CAN])).target_id is None
 
 
 def test_background_is_the_table_without_the_robot():
-    view = synthetic_observation([CAN])
+    view = synthetic_capture([CAN])
     label = view.label_image.copy()
     label[:, 320:] = np.where(label[:, 320:] == BACKGROUND, np.int16(ROBOT), label[:, 320:])
     mount = load_workspace().camera
@@ -160,18 +164,19 @@ def test_background_is_the_table_without_the_robot():
 
 
 def test_an_image_without_objects_gives_an_empty_scene():
-    scene = perceive(synthetic_observation([]))
+    empty = synthetic_capture([])
+    scene = perceive(empty)
     assert scene.objects == ()
     assert scene.target_id is None
-    dark = perceive(replace(scene.observation, depth_m=np.zeros_like(scene.observation.depth_m)))
+    dark = perceive(with_depth(empty, np.zeros_like(scene.observation.depth_m)))
     assert dark.background_points.shape == (0, 3)
 
 
 @pytest.mark.usefixtures("any_arrays")
 def test_unusable_input_is_named():
-    view = synthetic_observation([BOX])
+    view = synthetic_capture([BOX])
     with pytest.raises(InputError, match="no label image"):
-        perceive(replace(view, label_image=None))
+        perceive(Capture(view.observation))
     with pytest.raises(InputError, match="sizes differ"):
         perceive(replace(view, label_image=view.label_image[:-1]))
     with pytest.raises(InputError, match="outside"):
@@ -183,7 +188,7 @@ def test_unusable_input_is_named():
 
 
 def test_the_rim_of_a_mask_that_is_too_small_is_no_background():
-    view = synthetic_observation(SHAPES)
+    view = synthetic_capture(SHAPES)
     small = add_sensor_noise(view, NoiseConfig(mask_erosion_px=2), np.random.default_rng(0))
     on_shapes = [
         sum(np.count_nonzero(inside(s, scene.background_points, 1e-4)) for s in SHAPES)
@@ -197,12 +202,13 @@ def fattened(shape_id, px):
     """A view in which what lies well behind an object is measured on its outermost pixels, as stereo matchers do; and
     which pixels these are.
     """
-    view = synthetic_observation(SHAPES)
+    view = synthetic_capture(SHAPES)
     mask = view.label_image == shape_id
     inner = cv2.erode(mask.astype(np.uint8), np.ones((2 * px + 1, 2 * px + 1), np.uint8)) > 0
-    without = synthetic_observation([s for s in SHAPES if s.id != shape_id]).depth_m
-    wrong = mask & ~inner & (without - view.depth_m > 0.03)
-    return replace(view, depth_m=np.where(wrong, without, view.depth_m)), wrong
+    without = raycast([s for s in SHAPES if s.id != shape_id]).depth_m
+    depth = view.observation.depth_m
+    wrong = mask & ~inner & (without - depth > 0.03)
+    return with_depth(view, np.where(wrong, without, depth)), wrong
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -216,25 +222,25 @@ def test_readings_of_what_lies_behind_along_a_masks_edge_are_none(shape):
     kept = (view.label_image == shape.id) & ~wrong
     assert np.count_nonzero(rough.observation.depth_m[kept]) > 0.98 * np.count_nonzero(kept)
     background = view.label_image < 0
-    assert np.all(rough.observation.depth_m[background] == view.depth_m[background])
+    assert np.all(rough.observation.depth_m[background] == view.observation.depth_m[background])
 
 
 @pytest.mark.parametrize(("offset_m", "kept"), [(1.5, False), (-0.1, True)])
 def test_a_tiny_piece_far_behind_the_rest_may_reach_further_into_the_mask(offset_m, kept):
     """As where a side is seen too flat to be matched. In front of the rest it may be a part that sticks out."""
-    view = synthetic_observation([BOX])
+    view = synthetic_capture([BOX])
     rows, cols = np.nonzero(view.label_image == BOX.id)
     strip = (rows > rows.mean()) & (rows < rows.mean() + 15) & (cols < cols.min() + 8)
-    depth = view.depth_m.copy()
+    depth = view.observation.depth_m.copy()
     depth[rows[strip], cols[strip]] += offset_m
-    seen = perceive(replace(view, depth_m=depth), piece_px=5).observation.depth_m[rows[strip], cols[strip]]
+    seen = perceive(with_depth(view, depth), piece_px=5).observation.depth_m[rows[strip], cols[strip]]
     assert np.count_nonzero(strip) > 50
     assert np.all(seen > 0) if kept else np.all(seen == 0)
 
 
 def test_an_object_that_something_in_front_cuts_in_two_keeps_both_parts():
     post = SyntheticBox(0, (0.50, 0.0, 1.2), (0.02, 0.03, 0.3))
-    view = synthetic_observation([post, BOX])
+    view = synthetic_capture([post, BOX])
     plain, rough = perceive(view), perceive(view, piece_px=5)
     assert len(rough.object(1).points) == len(plain.object(1).points)
     left = np.any(rough.object(1).pixels[:, 1] < 280)
@@ -244,23 +250,22 @@ def test_an_object_that_something_in_front_cuts_in_two_keeps_both_parts():
 
 
 def test_small_objects_keep_what_there_is_of_them():
-    view = synthetic_observation([SyntheticBox(1, (0.7, 0.0, 1.06), (0.01, 0.15, 0.02))])
+    view = synthetic_capture([SyntheticBox(1, (0.7, 0.0, 1.06), (0.01, 0.15, 0.02))])
     assert len(perceive(view, piece_px=5).object(1).points) == len(perceive(view).object(1).points)
 
 
 def twice_as_fine(view):
     """The same view by a camera with four pixels for each."""
+    o = view.observation
     K = np.array(
         [
-            [2 * view.K[0, 0], 0, 2 * view.K[0, 2] + 0.5],
-            [0, 2 * view.K[1, 1], 2 * view.K[1, 2] + 0.5],
+            [2 * o.K[0, 0], 0, 2 * o.K[0, 2] + 0.5],
+            [0, 2 * o.K[1, 1], 2 * o.K[1, 2] + 0.5],
             [0, 0, 1],
         ]
     )
-    images = {
-        name: getattr(view, name).repeat(2, 0).repeat(2, 1) for name in ("rgb", "depth_m", "label_image")
-    }
-    return replace(view, K=K, **images)
+    rgb, depth_m, label = (a.repeat(2, 0).repeat(2, 1) for a in (o.rgb, o.depth_m, view.label_image))
+    return Capture(replace(o, rgb=rgb, depth_m=depth_m, K=K), label)
 
 
 @pytest.mark.parametrize("shape", SHAPES)

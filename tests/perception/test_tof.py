@@ -9,15 +9,20 @@ from torc.errors import InputError
 from torc.perception.tof import TofConfig, TofDepth
 from torc.testing.contexts import box
 from torc.testing.depth_conformance import check_depth
-from torc.testing.synthetic import synthetic_observation
+from torc.testing.synthetic import synthetic_capture
 
 CLEAN = TofConfig(blur_px=0, scatter=0, noise_m=0, least=0)
 SHAPES = (box(1, 0.60, -0.10, (0.06, 0.10, 0.16)),)
 
 
 @pytest.fixture(scope="module")
-def observation():
-    return synthetic_observation(SHAPES)
+def capture():
+    return synthetic_capture(SHAPES)
+
+
+@pytest.fixture(scope="module")
+def observation(capture):
+    return capture.observation
 
 
 def test_it_keeps_the_rules():
@@ -30,10 +35,10 @@ def test_without_disturbance_it_is_exact_beyond_the_unambiguous_range_too(observ
     np.testing.assert_allclose(depth, observation.depth_m, atol=2e-4)
 
 
-def test_pixels_at_an_edge_lie_between_both_surfaces(observation):
+def test_pixels_at_an_edge_lie_between_both_surfaces(capture, observation):
     depth = TofDepth(replace(CLEAN, blur_px=1.0)).measure(observation).depth_m
     row = 260
-    inside = observation.label_image[row] == 1
+    inside = capture.label_image[row] == 1
     edge = int(np.flatnonzero(inside)[0])
     near, far = observation.depth_m[row, edge + 5], observation.depth_m[row, edge - 5]
     between = (depth[row, edge - 3 : edge + 3] > near + 0.005) & (
@@ -43,7 +48,7 @@ def test_pixels_at_an_edge_lie_between_both_surfaces(observation):
     assert abs(depth[row, edge + 8] - observation.depth_m[row, edge + 8]) < 0.003
 
 
-def test_noise_grows_with_distance_and_with_darkness(observation):
+def test_noise_grows_with_distance_and_with_darkness(capture, observation):
     config = replace(CLEAN, noise_m=0.002)
     dark = replace(observation, rgb=np.full_like(observation.rgb, 20))
     bright = replace(observation, rgb=np.full_like(observation.rgb, 250))
@@ -51,7 +56,7 @@ def test_noise_grows_with_distance_and_with_darkness(observation):
         name: TofDepth(config).measure(o).depth_m - o.depth_m
         for name, o in (("dark", dark), ("bright", bright))
     }
-    table = (observation.label_image == -1) & (observation.depth_m < 0.8)
+    table = (capture.label_image == -1) & (observation.depth_m < 0.8)
     wall = observation.depth_m > 3
     assert errors["dark"][table].std() > 2 * errors["bright"][table].std()
     assert errors["bright"][wall].std() > 5 * errors["bright"][table].std()

@@ -16,7 +16,7 @@ from torc.perception.tracking import (
 )
 from torc.records import BACKGROUND, MAX_OBJECTS, TARGET_ID
 from torc.testing.contexts import box
-from torc.testing.synthetic import random_clutter, synthetic_observation
+from torc.testing.synthetic import random_clutter, synthetic_capture
 
 CONFIG = TrackingConfig()
 
@@ -34,8 +34,8 @@ class Eyes:
 
     def see(self, shapes, order=1, join=(), cut=None, sure=None):
         """Ids by shape. `join`: shapes that are one mask; `cut`: one that falls into a left and a right mask."""
-        observation = synthetic_observation(shapes)
-        truth = observation.label_image
+        capture = synthetic_capture(shapes)
+        observation, truth = capture.observation, capture.label_image
         groups = [[s] for s in sorted({int(k) for k in np.unique(truth) if k >= 0}, reverse=order < 0)]
         if join:
             groups = [g for g in groups if g[0] not in join] + [list(join)]
@@ -48,7 +48,6 @@ class Eyes:
             label[right] = len(groups)
             groups.append([cut])
         sureness = np.full(len(groups), self.sure if sure is None else sure, np.float32)
-        observation = replace(observation, label_image=None)
         carried, before = None, self.scene
         if before is not None:
             carried = carried_over(before, observation, CONFIG)
@@ -113,9 +112,9 @@ def test_what_moved_to_where_another_stood_is_not_taken_for_it():
 def test_masks_without_a_pixel_change_nothing():
     eyes = Eyes()
     eyes.see((A, B, C))
-    observation = synthetic_observation((A, B, C))
-    label = np.where(observation.label_image >= 0, observation.label_image - 1, -1).astype(np.int16)
-    carried = carried_over(eyes.scene, observation, CONFIG)
+    seen = synthetic_capture((A, B, C))
+    label = np.where(seen.label_image >= 0, seen.label_image - 1, -1).astype(np.int16)
+    carried = carried_over(eyes.scene, seen.observation, CONFIG)
     sure = np.full(5, 0.5, np.float32)
     without = settled_masks(label, sure[:3], eyes.scene, carried, CONFIG)
     empty = settled_masks(label, sure, eyes.scene, carried, CONFIG)
@@ -196,20 +195,13 @@ def test_a_camera_that_moved_finds_the_same_surface():
     own = load_workspace().camera
     T = own.T_world_camera.copy()
     T[:3, 3] += [0.02, 0.03, 0.01]
-    observation = synthetic_observation(
-        (A, B, C), CameraMount(T, own.width, own.height, own.vertical_fov_rad)
-    )
+    seen = synthetic_capture((A, B, C), CameraMount(T, own.width, own.height, own.vertical_fov_rad))
     eyes = Eyes()
     eyes.see((A, B, C))
-    carried = carried_over(eyes.scene, observation, CONFIG)
-    both = (carried >= 0) & (observation.label_image >= 0)
-    assert both.sum() > 0.7 * (observation.label_image >= 0).sum()
-    names = {
-        o: np.bincount(
-            observation.label_image[carried == o][observation.label_image[carried == o] >= 0]
-        ).argmax()
-        for o in eyes.scene.ids
-    }
+    carried, truth = carried_over(eyes.scene, seen.observation, CONFIG), seen.label_image
+    both = (carried >= 0) & (truth >= 0)
+    assert both.sum() > 0.7 * (truth >= 0).sum()
+    names = {o: np.bincount(truth[(carried == o) & (truth >= 0)]).argmax() for o in eyes.scene.ids}
     assert sorted(names.values()) == [1, 2, 3]
 
 

@@ -19,7 +19,7 @@ from torc.records import (
     SegmentedObject,
     SegmentedScene,
 )
-from torc.testing.synthetic import SyntheticBox, synthetic_observation
+from torc.testing.synthetic import SyntheticBox, synthetic_capture
 
 CONFIG = FailureConfig()
 HERE = np.array([0.6, 0.0, 1.1])
@@ -110,8 +110,8 @@ def test_a_moved_object_is_a_new_chance(offset, kept):
         + np.float32(offset) * np.eye(3, dtype=np.float32)[0]
     )
     thing = SegmentedObject(1, points, np.zeros_like(points), np.zeros((9, 2), np.int32), 9)
-    observation = synthetic_observation([SyntheticBox(1, (0.6, 0, 1.1), (0.05, 0.05, 0.05))])
-    scene = SegmentedScene(observation, observation.label_image, (thing,), None, np.zeros((0, 3), np.float32))
+    seen = synthetic_capture([SyntheticBox(1, (0.6, 0, 1.1), (0.05, 0.05, 0.05))])
+    scene = SegmentedScene(seen.observation, seen.label_image, (thing,), None, np.zeros((0, 3), np.float32))
     assert len(still_valid((_failed(True),), scene, CONFIG)) == kept
     assert still_valid((replace(_failed(True), object_id=5),), scene, CONFIG) == ()
 

@@ -1,15 +1,19 @@
-"""What a planner is shown of a snapshot: what perception reported, and no more."""
+"""What a planner is shown of a snapshot: what perception reported, and nothing of the truth beside it."""
 
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass, replace
 
 import numpy as np
 import pytest
 
+from torc.errors import InputError
 from torc.geometry.transforms import invert, transform_points
 from torc.grasping.geometric_planner import GeometricGraspPlanner
 from torc.occlusion.volume import FIXED_REAL_CAMERA, empty_volume
+from torc.perception.checked_scenes import ask_camera
 from torc.perception.privileged import LabelPerception
 from torc.perception.protocol import Wanted
+from torc.perception.segmentation import PerceptionConfig, segment
 from torc.pipeline.failures import FailedGrasp
 from torc.pipeline.look import Pipeline
 from torc.pipeline.touch import touched_points, with_touched
@@ -18,13 +22,16 @@ from torc.records import (
     EMPTY,
     ROBOT,
     TARGET_ID,
+    Capture,
+    Observation,
     SegmentedObject,
     SegmentedScene,
     Touch,
     VoxelGrid,
 )
+from torc.registry.kinds import PerceptionTraits
 from torc.robots.kinematics import tcp_pose
-from torc.testing.synthetic import SyntheticBox, synthetic_observation
+from torc.testing.synthetic import SyntheticBox, synthetic_capture
 from torc.workspace.workspace_files import load_workspace
 
 SHAPES = (
@@ -48,27 +55,27 @@ def pipeline(robot):
 
 
 @pytest.fixture
-def observation():
-    view = synthetic_observation(SHAPES)
+def capture():
+    view = synthetic_capture(SHAPES)
     label = view.label_image.copy()
     label[SLIVER] = TARGET_ID
     label[-5:] = ROBOT
     return replace(view, label_image=label)
 
 
-def _look(pipeline, observation):
-    return pipeline.look(observation, wanted=Wanted("the box"))
+def _look(pipeline, seen):
+    return pipeline.look(seen, wanted=Wanted("the box"))
 
 
-def test_a_sliver_of_the_hidden_target_is_not_shown_to_planners(pipeline, observation):
-    context = _look(pipeline, observation).context
+def test_a_sliver_of_the_hidden_target_is_not_shown_to_planners(pipeline, capture):
+    context = _look(pipeline, capture).context
     assert context.scene.target_id is None
-    for label in (context.scene.label_image, context.scene.observation.label_image):
-        assert np.all(label[SLIVER] == BACKGROUND)
-        assert set(np.unique(label)) == {BACKGROUND, ROBOT, *context.scene.ids}
+    label = context.scene.label_image
+    assert np.all(label[SLIVER] == BACKGROUND)
+    assert set(np.unique(label)) == {BACKGROUND, ROBOT, *context.scene.ids}
 
 
-def test_nor_to_grasp_planners(pipeline, observation):
+def test_nor_to_grasp_planners(pipeline, capture):
     shown = []
 
     class Spy(GeometricGraspPlanner):
@@ -77,29 +84,99 @@ def test_nor_to_grasp_planners(pipeline, observation):
             return super().plan(scene, volume, rng)
 
     spy = Spy(pipeline.robot, pipeline.workspace.support_z_m)
-    _look(replace(pipeline, grasp_planner=spy), observation)
-    for label in (shown[0].label_image, shown[0].observation.label_image):
-        assert np.all(label[SLIVER] == BACKGROUND)
+    _look(replace(pipeline, grasp_planner=spy), capture)
+    assert np.all(shown[0].label_image[SLIVER] == BACKGROUND)
 
 
-def test_a_perception_that_needs_no_labels_is_given_none(pipeline, observation):
-    class Own:
-        def perceive(self, seen, wanted, before):
-            assert (wanted.description, before) == ("the box", None)
-            assert seen.label_image is None
-            scene = pipeline.perception.perceive(observation)
-            return replace(scene, observation=seen)
+class Own(PerceptionTraits):
+    """Finds the masks that it was made with, and keeps what it is given."""
 
-    look = _look(replace(pipeline, perception=Own()), replace(observation, label_image=None))
-    assert look.context.scene.observation.label_image is None
-    assert np.all(look.context.scene.label_image[SLIVER] == BACKGROUND)
+    def __init__(self, label):
+        self.label, self.given = label, []
+
+    def perceive(self, seen, wanted, before, **given):
+        self.given.append((seen, wanted.description, before, given))
+        return segment(seen, self.label, PerceptionConfig())
 
 
-def test_the_least_score_decides_which_grasps_count(pipeline, observation):
-    scores = _look(pipeline, observation).context.grasps.scores
+class Entitled(Own):
+    needs_labels = True
+
+
+def test_an_observation_holds_no_truth():
+    assert "label_image" not in Observation.__dataclass_fields__
+
+
+def test_a_perception_is_given_the_true_labels_only_if_it_needs_them(pipeline, capture):
+    own, entitled = Own(capture.label_image), Entitled(capture.label_image)
+    blind, sighted = (_look(replace(pipeline, perception=p), capture) for p in (own, entitled))
+    ((seen, *told, given),) = own.given
+    assert type(seen) is Observation
+    assert told == ["the box", None]
+    assert given == {}
+    ((seen, *_, given),) = entitled.given
+    assert type(seen) is Observation
+    assert given.keys() == {"label_image"}
+    assert given["label_image"] is capture.label_image
+    assert (blind.ids_given, sighted.ids_given) == (False, True)
+    assert blind.truth is capture.label_image
+    assert sighted.truth is None
+    assert np.all(blind.context.scene.label_image[SLIVER] == BACKGROUND)
+
+
+def records_in(value):
+    """A record and all records within it."""
+    if is_dataclass(value):
+        yield value
+        value = [getattr(value, f.name) for f in fields(value)]
+    if isinstance(value, Mapping):
+        value = list(value.values())
+    if isinstance(value, list | tuple):
+        for one in value:
+            yield from records_in(one)
+
+
+def test_nothing_that_planners_are_given_holds_a_capture(pipeline, capture):
+    given = []
+
+    class Spy(GeometricGraspPlanner):
+        def plan(self, scene, volume, rng):
+            given.extend((scene, volume))
+            return super().plan(scene, volume, rng)
+
+    spy = Spy(pipeline.robot, pipeline.workspace.support_z_m)
+    look = _look(replace(pipeline, grasp_planner=spy), capture)
+    assert [type(c) for c in look.captures] == [Capture]
+    kinds = {type(r) for one in (*given, look.context) for r in records_in(one)}
+    assert {Observation, SegmentedScene} <= kinds
+    assert Capture not in kinds
+    # Not even as an array: the labels of the snapshot are others than those that are shown.
+    truth = capture.label_image
+    arrays = [
+        getattr(r, f.name) for one in (*given, look.context) for r in records_in(one) for f in fields(r)
+    ]
+    assert not any(np.array_equal(a, truth) for a in arrays if isinstance(a, np.ndarray))
+
+
+def test_a_snapshot_without_labels_is_refused_by_a_perception_that_needs_them(pipeline, capture):
+    """As of a camera that wraps a simulated one and returns its observation alone."""
+
+    class Wrapper:
+        def capture(self):
+            return capture.observation
+
+    with pytest.raises(InputError, match="no label image"):
+        _look(pipeline, ask_camera(Wrapper()))
+    with pytest.raises(InputError, match="no label image"):
+        _look(pipeline, capture.observation)
+    assert _look(replace(pipeline, perception=Own(capture.label_image)), capture.observation).truth is None
+
+
+def test_the_least_score_decides_which_grasps_count(pipeline, capture):
+    scores = _look(pipeline, capture).context.grasps.scores
     between = float(np.median(scores))
     counts = [
-        _look(replace(pipeline, min_score=m), observation).context.report.valid_total.sum()
+        _look(replace(pipeline, min_score=m), capture).context.report.valid_total.sum()
         for m in (0.0, between)
     ]
     assert counts[0] > counts[1] > 0
@@ -160,9 +237,9 @@ def test_felt_points_belong_to_the_object_that_was_tried_and_nothing_seen_change
             k, np.ones((9, 3), np.float32), np.ones((9, 3), np.float32), np.zeros((9, 2), np.int32), 9
         )
 
-    observation = synthetic_observation([SyntheticBox(1, (0.6, 0, 1.1), (0.05, 0.05, 0.05))])
+    seen = synthetic_capture([SyntheticBox(1, (0.6, 0, 1.1), (0.05, 0.05, 0.05))])
     scene = SegmentedScene(
-        observation, observation.label_image, (thing(1), thing(2)), None, np.zeros((0, 3), np.float32)
+        seen.observation, seen.label_image, (thing(1), thing(2)), None, np.zeros((0, 3), np.float32)
     )
     failed = FailedGrasp(1, np.eye(4), np.zeros(3), True)
     assert with_touched(scene, (failed,)) is scene

@@ -5,15 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from torc.perception.segmentation import PerceptionConfig, segment
 from torc.records import KnownObject
-from torc.testing.synthetic import random_clutter, synthetic_observation
+from torc.testing.contexts import see
+from torc.testing.synthetic import random_clutter, synthetic_capture
 
 
 @pytest.fixture
 def scene(rng):
-    observation = synthetic_observation(random_clutter(rng, 5))
-    return segment(observation, observation.label_image, PerceptionConfig())
+    return see(synthetic_capture(random_clutter(rng, 5)))
 
 
 def test_the_named_object_and_the_target_change_ids(scene):

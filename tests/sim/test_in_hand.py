@@ -26,13 +26,13 @@ def test_the_held_object_and_nothing_else(rough, least):
     def measured(observation):
         return SgbmDepth().measure(observation) if rough else observation
 
-    before = measured(robot.capture())
+    before = measured(robot.capture().observation)
     agreement = []
 
     def is_target(observation, width_m):
         seen = measured(observation)
-        mask = held_mask(replace(seen, label_image=None), before.depth_m, ROBOT, width_m, rough)
-        true = observation.label_image == 0
+        mask = held_mask(seen, before.depth_m, ROBOT, width_m, rough)
+        true = robot.capture().label_image == 0
         agreement.append(np.count_nonzero(mask & true) / np.count_nonzero(mask | true))
         return False
 
@@ -42,14 +42,14 @@ def test_the_held_object_and_nothing_else(rough, least):
     assert outcome.result is PickResult.RETRIEVED
     assert outcome.felt.result is PickResult.REMOVED
     # The hand is at rest, far from everything.
-    assert not held_mask(measured(robot.capture()), before.depth_m, ROBOT, 0.04, rough).any()
+    assert not held_mask(measured(robot.capture().observation), before.depth_m, ROBOT, 0.04, rough).any()
 
 
 def lifted(check):
     """Calls `check` with the snapshot after a lift, the one of before, and the opening."""
     world = world_of(standing("target", "carton", 0.62, -0.15), robot=ROBOT)
     robot = SimulatedRobot(world)
-    before = robot.capture()
+    before = robot.capture().observation
     robot.execute(plan_for(world, 0), is_target=lambda seen, width_m: bool(check(seen, before, width_m)))
 
 

@@ -81,11 +81,12 @@ def test_pictures_do_not_depend_on_what_was_drawn_before(world, views):
         assert np.array_equal(found.label_image, views[gl_backend()].label_image)
 
 
-def test_the_camera_delivers_an_observation(world):
+def test_the_camera_delivers_an_observation_and_beside_it_the_true_labels(world, views):
     with SimulatedCamera(world) as camera:
-        observation = camera.capture()
+        capture = camera.capture()
+    observation = capture.observation
     assert observation.rgb.shape == (MOUNT.height, MOUNT.width, 3)
-    assert observation.label_image is not None
+    assert np.array_equal(capture.label_image, views[gl_backend()].label_image)
     assert np.array_equal(observation.qpos, load_robot().arm.rest_qpos)
     assert np.array_equal(observation.K, MOUNT.K)
 

@@ -19,22 +19,23 @@ def snapshot():
         yield camera.capture(), camera.capture()
 
 
-def _error(observation, rig_depth):
-    both = (rig_depth > 0) & (observation.label_image >= 0)
-    return np.abs(rig_depth - observation.depth_m)[both], np.mean(rig_depth[observation.label_image >= 0] > 0)
+def _error(capture, rig_depth):
+    labelled = capture.label_image >= 0
+    both = (rig_depth > 0) & labelled
+    return np.abs(rig_depth - capture.observation.depth_m)[both], np.mean(rig_depth[labelled] > 0)
 
 
 def test_matching_gives_the_depth_of_objects_within_millimetres_with_holes_and_flying_edges(snapshot):
-    observation = snapshot[0]
+    observation = snapshot[0].observation
     depth = sgbm_depth(observation.pair, float(observation.K[0, 0]), SgbmConfig())
-    error, share = _error(observation, depth)
+    error, share = _error(snapshot[0], depth)
     assert np.median(error) < 0.003
     assert 0.85 < share < 1.0
     assert 0.0 < np.mean(error > 0.02) < 0.1
 
 
 def test_the_same_moment_gives_the_same_pair(snapshot):
-    first, second = (o.pair for o in snapshot)
+    first, second = (capture.observation.pair for capture in snapshot)
     np.testing.assert_array_equal(first.left, second.left)
     np.testing.assert_array_equal(first.right, second.right)
     assert not np.array_equal(first.left, first.right)

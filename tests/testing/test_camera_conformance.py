@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from torc.errors import PartError
-from torc.records import StereoPair
+from torc.perception.checked_scenes import ask_camera
+from torc.records import Capture, StereoPair
 from torc.testing.camera_conformance import check_camera
 from torc.testing.conformance import NonConformanceError
 from torc.testing.synthetic import synthetic_observation
@@ -44,6 +45,26 @@ def test_good_ones_pass_with_a_pair_also_without_depth():
 def test_faults_are_named(changes, text):
     with pytest.raises(NonConformanceError, match=text):
         check_camera(Gives(**changes))
+
+
+class Knows(Gives):
+    """Gives labels, too."""
+
+    def __init__(self, label):
+        super().__init__()
+        self.label = label
+
+    def capture(self):
+        return Capture(super().capture(), self.label)
+
+
+def test_true_labels_may_come_with_a_snapshot_and_are_as_large():
+    label = np.zeros(SEEN.depth_m.shape, np.int16)
+    check_camera(Knows(label))
+    assert ask_camera(Knows(label)).label_image is label
+    assert ask_camera(Gives()).label_image is None
+    with pytest.raises(PartError, match="label image of another size than depth_m"):
+        check_camera(Knows(label[:-1]))
 
 
 def test_no_observation_is_a_fault_of_the_part():

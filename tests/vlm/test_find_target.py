@@ -11,7 +11,7 @@ from torc.perception.protocol import Wanted
 from torc.perception.segmentation import PerceptionConfig, segment
 from torc.records import TARGET_ID, KnownObject
 from torc.testing.contexts import box
-from torc.testing.synthetic import synthetic_observation
+from torc.testing.synthetic import raycast, synthetic_observation
 from torc.vlm.find_target import TargetByText, find_target, read_number
 from torc.vlm.replies import reply_of
 
@@ -26,12 +26,11 @@ class Eyes:
         self.shapes = shapes
 
     def perceive(self, observation, wanted, before):
-        seen = synthetic_observation(self.shapes)
-        return segment(observation, seen.label_image, PerceptionConfig())
+        return segment(observation, raycast(self.shapes).label_image, PerceptionConfig())
 
 
 def observation():
-    return replace(synthetic_observation(SHAPES), label_image=None)
+    return synthetic_observation(SHAPES)
 
 
 def test_the_object_that_the_model_names_becomes_the_target():
@@ -40,7 +39,7 @@ def test_the_object_that_the_model_names_becomes_the_target():
     scene = eyes.perceive(observation(), WANTED, None)
     assert scene.target_id == TARGET_ID
     assert scene.ids == (0, 5)
-    truth = synthetic_observation(SHAPES).label_image
+    truth = raycast(SHAPES).label_image
     assert (truth[scene.label_image == TARGET_ID] == 3).all()
     (question,) = client.questions
     assert "the tall box" in question.prompt

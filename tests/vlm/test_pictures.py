@@ -10,8 +10,8 @@ from torc.drawing.label_places import place_labels
 from torc.drawing.marking import SMALL_SHARE, mark_image, number_boxes
 from torc.errors import InputError
 from torc.io.pictures import png_bytes
-from torc.perception.privileged import LabelPerception
-from torc.testing.synthetic import random_clutter, synthetic_observation
+from torc.testing.contexts import see
+from torc.testing.synthetic import random_clutter, synthetic_capture
 from torc.vlm.picture_config import MARKS, PictureConfig
 from torc.vlm.pictures import ACROSS_PX, pictures_of, shown_part
 
@@ -24,9 +24,7 @@ WAYS = [
 
 
 def scene_of(seed, count=25):
-    return LabelPerception().perceive(
-        synthetic_observation(random_clutter(np.random.default_rng(seed), count))
-    )
+    return see(synthetic_capture(random_clutter(np.random.default_rng(seed), count)))
 
 
 def decoded(png):

@@ -38,7 +38,7 @@ def robot_of(description, width_m=0.05):
 def test_a_pick_is_told_as_it_was_felt(robot):
     lab = robot_of(robot)
     assert isinstance(lab, Robot)
-    np.testing.assert_array_equal(lab.capture().qpos, REST)
+    np.testing.assert_array_equal(lab.capture().observation.qpos, REST)
     outcome = lab.execute(plan(3))
     assert (outcome.result, outcome.held_id, outcome.delivered) == (PickResult.REMOVED, 3, True)
     assert outcome.as_felt.result is PickResult.REMOVED

@@ -7,8 +7,8 @@ import pytest
 
 from torc.errors import InputError
 from torc.perception.noise import add_sensor_noise, stereo_camera
-from torc.records import Observation
-from torc.testing.synthetic import SyntheticBox, synthetic_observation
+from torc.records import Capture
+from torc.testing.synthetic import SyntheticBox, synthetic_capture
 from torc.workspace.workspace_files import load_workspace
 from torc_lab.scenes.hints import hint, shift_m
 from torc_lab.scenes.overlap import measure_overlap
@@ -28,17 +28,24 @@ BOXES = (box(1, 0.7, -0.2), box(2, 0.75, 0.15))
 
 def picture(*boxes, colors=COLORS):
     """A snapshot in which every object has a colour of its own."""
-    seen = synthetic_observation(list(boxes))
-    return replace(seen, rgb=colors[np.clip(seen.label_image + 0, 0, 3)].astype(np.uint8))
+    return capture(*boxes, colors=colors).observation
 
 
-REFERENCE = picture(*BOXES)
+def capture(*boxes, colors=COLORS):
+    """The same with the objects' masks."""
+    seen = synthetic_capture(list(boxes))
+    rgb = colors[np.clip(seen.label_image, 0, 3)].astype(np.uint8)
+    return replace(seen, observation=replace(seen.observation, rgb=rgb))
+
+
+REFERENCE = capture(*BOXES)
+SEEN = REFERENCE.observation
 
 
 def test_what_did_not_move_overlaps_wholly_with_noise_or_other_light(rng):
-    assert measure_overlap(REFERENCE, REFERENCE, GRID).objects == {1: 1.0, 2: 1.0}
-    darker = replace(REFERENCE, rgb=(0.7 * REFERENCE.rgb).astype(np.uint8))
-    noisy = add_sensor_noise(darker, stereo_camera(), rng)
+    assert measure_overlap(REFERENCE, SEEN, GRID).objects == {1: 1.0, 2: 1.0}
+    darker = replace(SEEN, rgb=(0.7 * SEEN.rgb).astype(np.uint8))
+    noisy = add_sensor_noise(Capture(darker), stereo_camera(), rng).observation
     found = measure_overlap(REFERENCE, noisy, GRID)
     assert min(found.objects.values()) > 0.95
     assert found.fits(0.9)
@@ -46,16 +53,16 @@ def test_what_did_not_move_overlaps_wholly_with_noise_or_other_light(rng):
 
 
 def test_lamps_of_another_colour_move_nothing():
-    warm = replace(REFERENCE, rgb=(REFERENCE.rgb * [1.0, 0.85, 0.55]).astype(np.uint8))
+    warm = replace(SEEN, rgb=(SEEN.rgb * [1.0, 0.85, 0.55]).astype(np.uint8))
     assert min(measure_overlap(REFERENCE, warm, GRID).objects.values()) > 0.95
 
 
 @pytest.mark.parametrize("shift_m", [0.01, 0.02, 0.03, 0.04])
 def test_the_number_is_the_overlap_of_where_it_was_and_is(shift_m):
     """Before the camera, where no side of the box shows, that is what the masks say."""
-    reference, moved = (picture(box(1, 0.7, y), BOXES[1]) for y in (-0.02, -0.02 + shift_m))
-    found = measure_overlap(reference, moved, GRID)
-    then, now = (picture.label_image == 1 for picture in (reference, moved))
+    reference, moved = (capture(box(1, 0.7, y), BOXES[1]) for y in (-0.02, -0.02 + shift_m))
+    found = measure_overlap(reference, moved.observation, GRID)
+    then, now = (seen.label_image == 1 for seen in (reference, moved))
     true = np.count_nonzero(then & now) / np.count_nonzero(then | now)
     assert found.objects[1] == pytest.approx(true, abs=0.07)
     assert found.objects[2] == 1.0
@@ -66,10 +73,10 @@ def test_the_number_is_the_overlap_of_where_it_was_and_is(shift_m):
 
 def test_of_an_object_of_which_a_side_shows_more_is_asked():
     """The side stands elsewhere, where its mask still covers it."""
-    moved = picture(box(1, 0.7, -0.17), BOXES[1])
-    then, now = (picture.label_image == 1 for picture in (REFERENCE, moved))
+    moved = capture(box(1, 0.7, -0.17), BOXES[1])
+    then, now = (seen.label_image == 1 for seen in (REFERENCE, moved))
     true = np.count_nonzero(then & now) / np.count_nonzero(then | now)
-    assert 0.3 < measure_overlap(REFERENCE, moved, GRID).objects[1] < true
+    assert 0.3 < measure_overlap(REFERENCE, moved.observation, GRID).objects[1] < true
 
 
 def test_an_object_that_is_gone_or_another_one_is_noticed():
@@ -91,7 +98,7 @@ def test_a_further_object_is_noticed_on_the_table_alone():
 
 
 def test_a_camera_that_moved_is_noticed():
-    sunk = replace(REFERENCE, depth_m=(1.05 * REFERENCE.depth_m).astype(np.float32))
+    sunk = replace(SEEN, depth_m=(1.05 * SEEN.depth_m).astype(np.float32))
     found = measure_overlap(REFERENCE, sunk, GRID)
     assert found.table_moved
     assert not found.fits(0.1)
@@ -100,28 +107,21 @@ def test_a_camera_that_moved_is_noticed():
 
 def test_where_depth_has_no_reading_colour_judges():
     """As glass and polished metal have it."""
-    hole = np.where(REFERENCE.label_image == 1, 0, REFERENCE.depth_m).astype(np.float32)
-    blind = replace(REFERENCE, depth_m=hole)
-    assert measure_overlap(blind, blind, GRID).objects[1] == 1.0
+    hole = np.where(REFERENCE.label_image == 1, 0, SEEN.depth_m).astype(np.float32)
+    blind = replace(REFERENCE, observation=replace(SEEN, depth_m=hole))
+    assert measure_overlap(blind, blind.observation, GRID).objects[1] == 1.0
     assert measure_overlap(blind, picture(BOXES[1]), GRID).objects[1] < 0.1
 
 
 def test_pictures_that_cannot_be_compared_are_refused():
-    small = Observation(
-        REFERENCE.rgb[::2, ::2],
-        REFERENCE.depth_m[::2, ::2],
-        REFERENCE.K,
-        REFERENCE.T_world_camera,
-        REFERENCE.qpos,
-        0.0,
-    )
+    small = replace(SEEN, rgb=SEEN.rgb[::2, ::2], depth_m=SEEN.depth_m[::2, ::2])
     with pytest.raises(InputError, match="same camera"):
         measure_overlap(REFERENCE, small, GRID)
-    longer = replace(REFERENCE, K=REFERENCE.K * np.array([[1.2], [1.2], [1.0]]))
+    longer = replace(SEEN, K=SEEN.K * np.array([[1.2], [1.2], [1.0]]))
     with pytest.raises(InputError, match="same camera"):
         measure_overlap(REFERENCE, longer, GRID)
     with pytest.raises(InputError, match="no objects"):
-        measure_overlap(replace(REFERENCE, label_image=None), REFERENCE, GRID)
+        measure_overlap(Capture(SEEN), SEEN, GRID)
 
 
 def test_the_overlay_outlines_each_object_by_how_it_lies():
@@ -141,7 +141,7 @@ def test_a_hint_says_where_it_is_instead(dx, dy):
     """The camera looks along x, and down; y is to its left."""
     moved = picture(box(1, 0.7 + dx, -0.2 + dy), BOXES[1])
     right_m, behind_m = shift_m(REFERENCE, moved, 1)
-    down = REFERENCE.T_world_camera[0, 2]
+    down = SEEN.T_world_camera[0, 2]
     assert right_m == pytest.approx(-dy, abs=0.006)
     assert behind_m == pytest.approx(down * dx, abs=0.006)
 
@@ -152,5 +152,5 @@ def test_a_hint_is_in_words_and_none_where_nothing_is_found():
     nearer = picture(box(1, 0.66, -0.2), BOXES[1])
     assert hint(REFERENCE, nearer, 1).endswith("cm too near")
     assert hint(REFERENCE, picture(BOXES[1]), 1) == ""
-    assert shift_m(REFERENCE, REFERENCE, 1) is None  # no place is better
-    assert shift_m(REFERENCE, REFERENCE, 9) is None
+    assert shift_m(REFERENCE, SEEN, 1) is None  # no place is better
+    assert shift_m(REFERENCE, SEEN, 9) is None

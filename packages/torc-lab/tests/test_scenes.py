@@ -94,9 +94,9 @@ def test_a_stored_scene_is_read_as_it_was_and_a_damaged_one_is_refused(rehearsed
         with pytest.raises(InputError, match="--overwrite"):
             stored(lab, directory)
     assert (again.digest, again.ids, again.problem) == (scene.digest, scene.ids, "scene-cups")
-    np.testing.assert_array_equal(again.reference.depth_m, scene.reference.depth_m)
+    np.testing.assert_array_equal(again.reference.observation.depth_m, scene.reference.observation.depth_m)
     assert [p.shape for p in again.wanted.pictures] == [p.shape for p in scene.wanted.pictures]
-    image = overlay(again.reference, again.reference, _all_good(again), THRESHOLD, 640)
+    image = overlay(again.reference, again.reference.observation, _all_good(again), THRESHOLD, 640)
     assert image.shape[1] == 640
     text = (directory / FACTS).read_text()
     (directory / FACTS).write_text(text.replace("torc-scene/1", "torc-scene/9"))

@@ -12,7 +12,7 @@ from torc.registry.context import BuildContext
 from torc.specs.conditions import PipelineSpec
 from torc.testing.contexts import box, small_mount
 from torc.testing.perception_conformance import check_perception
-from torc.testing.synthetic import synthetic_observation
+from torc.testing.synthetic import synthetic_capture, synthetic_observation
 from torc_networks.perception import NetworkPerception, NetworkPerceptionConfig
 from torc_networks.serving.seeing import segment_handler
 
@@ -24,9 +24,14 @@ THINGS = (
 WANTED = Wanted("the tin")
 
 
+CAPTURE = synthetic_capture(THINGS, small_mount())
+TRUTH = CAPTURE.label_image
+MASKS = np.stack([k == TRUTH for k in range(3)])
+
+
 @pytest.fixture(scope="module")
 def observation():
-    return synthetic_observation(THINGS, small_mount())
+    return CAPTURE.observation
 
 
 @pytest.fixture
@@ -40,26 +45,20 @@ def seen(server_of, observation):
     return make
 
 
-def _truth(observation):
-    return np.stack([observation.label_image == k for k in range(3)])
-
-
-def test_right_masks_make_right_objects(seen, observation):
-    masks = _truth(observation)
-    table = ~masks.any(axis=0)
-    scene = seen({"masks": np.concatenate([masks, table[None]]), "scores": [0.9, 0.8, 0.7, 1.0]})
+def test_right_masks_make_right_objects(seen):
+    table = ~MASKS.any(axis=0)
+    scene = seen({"masks": np.concatenate([MASKS, table[None]]), "scores": [0.9, 0.8, 0.7, 1.0]})
     assert len(scene.objects) == 3
     for o in scene.objects:
-        truth = np.bincount(observation.label_image[o.pixels[:, 0], o.pixels[:, 1]] + 1, minlength=4)
+        truth = np.bincount(TRUTH[o.pixels[:, 0], o.pixels[:, 1]] + 1, minlength=4)
         assert truth.max() == truth.sum()
-    np.testing.assert_array_equal(scene.label_image >= 0, masks.any(axis=0))
+    np.testing.assert_array_equal(scene.label_image >= 0, MASKS.any(axis=0))
 
 
-def test_the_answers_of_one_scene_in_every_form_are_one(seen, observation):
-    masks, scores = _truth(observation), [0.9, 0.8, 0.7]
-    labels = np.where(masks.any(axis=0), observation.label_image, -1).astype(np.int32)
-    forms = [{"masks": masks}, {"masks": masks.astype(np.int64)}, {"labels": labels}]
-    scenes = [seen({**form, "scores": scores}) for form in forms]
+def test_the_answers_of_one_scene_in_every_form_are_one(seen):
+    labels = np.where(MASKS.any(axis=0), TRUTH, -1).astype(np.int32)
+    forms = [{"masks": MASKS}, {"masks": MASKS.astype(np.int64)}, {"labels": labels}]
+    scenes = [seen({**form, "scores": [0.9, 0.8, 0.7]}) for form in forms]
     for scene in scenes[1:]:
         np.testing.assert_array_equal(scene.label_image, scenes[0].label_image)
 
@@ -69,15 +68,15 @@ def test_an_answer_without_objects_is_a_scene_without(seen, observation):
         assert seen({**form, "scores": []}).objects == ()
 
 
-def test_masks_at_twice_the_size_make_the_same_scene(seen, observation):
-    masks, scores = _truth(observation), [0.9, 0.8, 0.7]
-    here = seen({"masks": masks, "scores": scores})
-    there = seen({"masks": masks.repeat(2, axis=1).repeat(2, axis=2), "scores": scores})
+def test_masks_at_twice_the_size_make_the_same_scene(seen):
+    scores = [0.9, 0.8, 0.7]
+    here = seen({"masks": MASKS, "scores": scores})
+    there = seen({"masks": MASKS.repeat(2, axis=1).repeat(2, axis=2), "scores": scores})
     np.testing.assert_array_equal(there.label_image, here.label_image)
 
 
-def test_doubtful_masks_are_left_out(seen, observation):
-    assert len(seen({"masks": _truth(observation), "scores": [0.9, 0.4, 0.7]}, min_score=0.5).objects) == 2
+def test_doubtful_masks_are_left_out(seen):
+    assert len(seen({"masks": MASKS, "scores": [0.9, 0.4, 0.7]}, min_score=0.5).objects) == 2
 
 
 def test_the_server_is_sent_picture_depth_camera_and_words(server_of, told, observation):
@@ -113,9 +112,9 @@ def test_nonsense_is_refused(seen, answer):
         seen(answer)
 
 
-def test_more_masks_than_ids_are_the_largest_ones(seen, observation):
-    rows, cols = np.nonzero(observation.label_image == 0)
-    masks = np.zeros((150, *observation.depth_m.shape), bool)
+def test_more_masks_than_ids_are_the_largest_ones(seen):
+    rows, cols = np.nonzero(TRUTH == 0)
+    masks = np.zeros((150, *TRUTH.shape), bool)
     for k in range(150):
         masks[k, rows[k::150], cols[k::150]] = True
     seen({"masks": masks, "scores": np.full(150, 0.5)})

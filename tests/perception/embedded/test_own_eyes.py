@@ -13,7 +13,7 @@ from torc.perception.scoring import mean_score, score_masks
 from torc.records import MAX_OBJECTS, TARGET_ID, KnownObject
 from torc.testing.contexts import box
 from torc.testing.perception_conformance import check_perception
-from torc.testing.synthetic import random_clutter, synthetic_observation
+from torc.testing.synthetic import random_clutter, synthetic_capture
 
 NOTHING = Wanted("")
 A = box(1, 0.60, -0.20, (0.06, 0.06, 0.10))
@@ -23,8 +23,8 @@ C = box(3, 0.75, -0.10, (0.06, 0.06, 0.16))
 
 def blind(shapes):
     """What a camera sees, and the labels that it does not know."""
-    observation = synthetic_observation(shapes)
-    return replace(observation, label_image=None), observation.label_image
+    capture = synthetic_capture(shapes)
+    return capture.observation, capture.label_image
 
 
 def test_they_keep_the_rules_of_perceptions():
@@ -45,13 +45,6 @@ def test_an_empty_table_is_an_empty_scene():
     assert scene.objects == ()
     assert scene.target_id is None
     assert len(scene.background_points)
-
-
-def test_labels_that_come_along_are_not_read():
-    observation = synthetic_observation((A, B, C))
-    seen = EmbeddedPerception().perceive(observation, NOTHING, None)
-    without = EmbeddedPerception().perceive(replace(observation, label_image=None), NOTHING, None)
-    assert np.array_equal(seen.label_image, without.label_image)
 
 
 def test_the_whole_scene_turned_upside_down_in_the_picture_is_the_same_scene():

@@ -8,15 +8,16 @@ from torc.perception.embedded.inputs import PIXEL_M, View, cut
 from torc.perception.embedded.perception import uncut
 from torc.perception.embedded.region import rising, window_on
 from torc.testing.contexts import box
-from torc.testing.synthetic import random_clutter, synthetic_observation
+from torc.testing.synthetic import random_clutter, synthetic_capture
 from torc.workspace.workspace_files import load_workspace
 
 WORKSPACE = load_workspace()
 
 
 def view_of(shapes):
-    o = synthetic_observation(shapes)
-    return View(o.rgb, o.depth_m, o.K, o.T_world_camera, WORKSPACE.support_z_m), o.label_image
+    capture = synthetic_capture(shapes)
+    o = capture.observation
+    return View(o.rgb, o.depth_m, o.K, o.T_world_camera, WORKSPACE.support_z_m), capture.label_image
 
 
 def test_what_rises_is_the_objects():

@@ -9,9 +9,9 @@ import numpy as np
 from PIL import Image
 
 from torc.geometry.transforms import wxyz_from_rotation
-from torc.records import Observation
+from torc.records import Capture, Observation
 from torc.testing.contexts import box, small_mount
-from torc.testing.synthetic import synthetic_observation
+from torc.testing.synthetic import synthetic_capture
 from torc.workspace.description import CameraMount
 
 SHAPES = (
@@ -21,19 +21,30 @@ SHAPES = (
 )
 
 
-def observe(support_z_m: float = 1.05, mount: CameraMount | None = None) -> Observation:
+def capture(support_z_m: float = 1.05, mount: CameraMount | None = None) -> Capture:
     shapes = [replace(s, center=(*s.center[:2], s.center[2] + support_z_m - 1.05)) for s in SHAPES]
-    return synthetic_observation(shapes, small_mount() if mount is None else mount, support_z_m)
+    return synthetic_capture(shapes, small_mount() if mount is None else mount, support_z_m)
 
 
-def arrays(observation: Observation | None = None) -> dict[str, Any]:
-    o = observe() if observation is None else observation
+def observe() -> Observation:
+    return capture().observation
+
+
+def true_labels() -> np.ndarray:
+    label = capture().label_image
+    assert label is not None
+    return label
+
+
+def arrays(seen: Capture | None = None) -> dict[str, Any]:
+    seen = capture() if seen is None else seen
+    o = seen.observation
     return {
         "rgb": o.rgb,
         "depth_m": o.depth_m,
         "K": o.K,
         "T_world_camera": o.T_world_camera,
-        "labels": o.label_image,
+        "labels": seen.label_image,
     }
 
 
@@ -50,7 +61,7 @@ def directory(path: Path, **changes: Any) -> Path:
     folder.mkdir()
     Image.fromarray(o.rgb).save(folder / "rgb.png")
     Image.fromarray(np.round(o.depth_m * 1000).astype(np.uint16)).save(folder / "depth.png")
-    Image.fromarray((o.label_image + 1).astype(np.uint8)).save(folder / "labels.png")
+    Image.fromarray((true_labels() + 1).astype(np.uint8)).save(folder / "labels.png")
     data = {
         "intrinsics": {"fx": o.K[0, 0], "fy": o.K[1, 1], "cx": o.K[0, 2], "cy": o.K[1, 2]},
         "camera_pose": {

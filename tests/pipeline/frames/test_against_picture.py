@@ -4,16 +4,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from frame_makers import npz, observe
+from frame_makers import npz, observe, true_labels
 
 from torc.errors import InputError
 from torc.geometry.transforms import invert, rotation_from_wxyz, wxyz_from_rotation
 from torc.pipeline.frames import load_frame
 from torc.pipeline.frames.against_picture import doubts
 from torc.pipeline.frames.plausibility import check_intrinsics, intrinsics_doubts
+from torc.records import Capture
 
 SEEN = observe()
 T = SEEN.T_world_camera
+
+
+def doubted(support_z_m, **changes):
+    return doubts(Capture(replace(SEEN, **changes), true_labels()), support_z_m)
 
 
 def reordered():
@@ -31,36 +36,36 @@ def reordered():
     ],
 )
 def test_a_pose_that_tilts_the_table_is_doubted_and_the_mistake_named(pose, reason):
-    (message,) = doubts(replace(SEEN, T_world_camera=pose), 1.05)
+    (message,) = doubted(1.05, T_world_camera=pose)
     assert "tilted" in message
     assert reason in message
 
 
 def test_a_good_frame_is_not_doubted(tmp_path):
-    assert doubts(SEEN, 1.05) == doubts(SEEN, None) == ()
+    assert doubted(1.05) == doubted(None) == ()
     assert load_frame(npz(tmp_path)).warnings == ()
 
 
 @pytest.mark.parametrize("factor", [0.25, 0.1, 10])
 def test_a_wrong_unit_shows_in_the_cameras_height(factor):
-    (message,) = doubts(replace(SEEN, depth_m=SEEN.depth_m * np.float32(factor)), 1.05)
+    (message,) = doubted(1.05, depth_m=SEEN.depth_m * np.float32(factor))
     assert f"{'larger' if factor < 1 else 'smaller'} by a factor of {max(factor, 1 / factor):g}" in message
 
 
 def test_a_wrong_height_is_doubted():
-    (message,) = doubts(SEEN, 0.9)
+    (message,) = doubted(0.9)
     assert "at z = 1.050 m, not at support_z_m = 0.900" in message
 
 
 def test_a_table_whose_height_was_left_out_comes_before_the_unit():
     """The camera is .33 m above the table, 1.38 m above 0: a factor of 4."""
-    (message,) = doubts(SEEN, 0.0)
+    (message,) = doubted(0.0)
     assert message.index("height of the table left out") < message.index("unit is wrong")
 
 
 def test_a_unit_that_no_camera_could_see_from_comes_before_the_height():
     """Depth a tenth of what it is: a camera 3 cm above the table."""
-    (message,) = doubts(replace(SEEN, depth_m=SEEN.depth_m * np.float32(0.1)), 1.05)
+    (message,) = doubted(1.05, depth_m=SEEN.depth_m * np.float32(0.1))
     assert message.index("unit is probably wrong") < message.index("check support_z_m")
 
 
@@ -73,8 +78,8 @@ def test_a_floor_at_the_given_height_does_not_hide_the_table_above_it():
     )
     to_floor = -T[2, 3] / np.tensordot(T[2, :3], rays, 1)
     depth[:, :100] = to_floor[:, :100]
-    assert "height of the table" in doubts(replace(SEEN, depth_m=depth.astype(np.float32)), 0.0)[0]
-    assert doubts(replace(SEEN, depth_m=depth.astype(np.float32)), 1.05) == ()
+    assert "height of the table" in doubted(0.0, depth_m=depth.astype(np.float32))[0]
+    assert doubted(1.05, depth_m=depth.astype(np.float32)) == ()
 
 
 @pytest.mark.parametrize(

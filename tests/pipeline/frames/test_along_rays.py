@@ -5,21 +5,25 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from frame_makers import SHAPES, npz, observe
+from frame_makers import SHAPES, arrays, npz, observe
 
 from torc.errors import InputError
 from torc.geometry.transforms import look_at
 from torc.perception.noise import add_sensor_noise, stereo_camera
 from torc.pipeline.frames import load_frame
 from torc.pipeline.frames.along_rays import along_rays_doubt
-from torc.testing.synthetic import synthetic_observation
+from torc.testing.synthetic import synthetic_capture, synthetic_observation
 from torc.workspace.description import CameraMount
 
 
-def seen_from(down_deg, fov_rad=0.9):
+def looking_down(down_deg):
     down = np.deg2rad(down_deg)
     eye = (0.65 - 0.7 * np.cos(down), -0.1, 1.05 + 0.7 * np.sin(down))
-    return synthetic_observation(SHAPES, CameraMount(look_at(eye, (0.65, -0.1, 1.05)), 320, 240, fov_rad))
+    return look_at(eye, (0.65, -0.1, 1.05))
+
+
+def seen_from(down_deg, fov_rad=0.9):
+    return synthetic_capture(SHAPES, CameraMount(looking_down(down_deg), 320, 240, fov_rad))
 
 
 def rays(observation):
@@ -31,15 +35,14 @@ def rays(observation):
 @pytest.mark.parametrize("noisy", [False, True])
 @pytest.mark.parametrize("down_deg", [30, 50, 75, 89])
 def test_distances_are_noticed_and_depth_is_not_doubted(down_deg, noisy, rng):
-    o = seen_from(down_deg)
-    if noisy:
-        o = add_sensor_noise(o, stereo_camera(), rng)
+    seen = seen_from(down_deg)
+    o = (add_sensor_noise(seen, stereo_camera(), rng) if noisy else seen).observation
     assert "along each pixel's ray" in along_rays_doubt(o.depth_m * rays(o), o.K)
     assert along_rays_doubt(o.depth_m, o.K) == ""
 
 
 def test_the_formula_in_the_message_mends_it():
-    o = seen_from(50)
+    o = seen_from(50).observation
     text = along_rays_doubt(o.depth_m * rays(o), o.K)
     formula = re.search(r"divide it by (sqrt\(.*\)\^2\))", text).group(1).replace("^", "**")
     (fx, _, cx), (_, fy, cy) = o.K[:2]
@@ -61,18 +64,16 @@ def test_nothing_is_said_without_a_plane_or_with_hardly_a_reading(rng):
 
 @pytest.mark.parametrize("pose", [True, False])
 def test_a_frame_says_so_with_a_pose_and_without(tmp_path, pose):
-    o = seen_from(50)
-    given = {} if pose else {"T_world_camera": None, "labels": None}
-    more = {"K": o.K, "T_world_camera": o.T_world_camera, "labels": o.label_image, "rgb": o.rgb} | given
-    frame = load_frame(npz(tmp_path, depth_m=o.depth_m * rays(o), **more))
+    seen = seen_from(50)
+    o, given = seen.observation, {} if pose else {"T_world_camera": None, "labels": None}
+    frame = load_frame(npz(tmp_path, **arrays(seen) | given | {"depth_m": o.depth_m * rays(o)}))
     (message,) = frame.warnings
     assert "along each pixel's ray" in message
 
 
 def test_a_refusal_says_so_too(tmp_path):
     """Empty of objects, and of a support that is flat enough."""
-    o = seen_from(30, 1.5)
-    bare = synthetic_observation([], CameraMount(o.T_world_camera, 320, 240, 1.5))
+    bare = synthetic_observation([], CameraMount(looking_down(30), 320, 240, 1.5))
     bare = replace(bare, depth_m=bare.depth_m * rays(bare))
     with pytest.raises(InputError, match="along each pixel's ray"):
         load_frame(
@@ -81,7 +82,12 @@ def test_a_refusal_says_so_too(tmp_path):
 
 
 def test_a_pose_of_open_direction_is_refused_with_the_cause(tmp_path):
-    o = seen_from(30, 1.4)
-    pose = {"T_world_camera": None, "extrinsics": o.T_world_camera}
+    seen = seen_from(30, 1.4)
+    o = seen.observation
+    changes = {
+        "depth_m": o.depth_m * rays(o),
+        "T_world_camera": None,
+        "extrinsics": o.T_world_camera,
+    }
     with pytest.raises(InputError, match=r"does not say which.*along each pixel's ray"):
-        load_frame(npz(tmp_path, rgb=o.rgb, labels=o.label_image, K=o.K, depth_m=o.depth_m * rays(o), **pose))
+        load_frame(npz(tmp_path, **arrays(seen) | changes))

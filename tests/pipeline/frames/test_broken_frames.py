@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from frame_makers import directory, npz, observe
+from frame_makers import directory, npz, observe, true_labels
 from PIL import Image
 
 from torc.errors import InputError
@@ -31,7 +31,7 @@ def lifted(z: float) -> np.ndarray:
 
 
 def many_labels() -> np.ndarray:
-    labels = observe().label_image.copy()
+    labels = true_labels().copy()
     labels.flat[:70] = np.arange(100, 170)
     return labels
 
@@ -39,7 +39,7 @@ def many_labels() -> np.ndarray:
 BROKEN_ARRAYS: dict[str, tuple[Callable[[], dict[str, Any]], str]] = {
     "no rgb": (lambda: {"rgb": None}, "lacks rgb"),
     "grey rgb": (lambda: {"rgb": observe().rgb[..., 0]}, "key rgb"),
-    "sizes differ": (lambda: {"labels": observe().label_image[:-1]}, "sizes differ"),
+    "sizes differ": (lambda: {"labels": true_labels()[:-1]}, "sizes differ"),
     "tiny": (lambda: {"rgb": observe().rgb[:4, :4]}, "4x4 pixels"),
     "depth negative": (lambda: {"depth_m": -observe().depth_m}, "negative"),
     "depth in mm": (lambda: {"depth_m": 1000 * observe().depth_m}, "unit or scale"),
@@ -56,19 +56,19 @@ BROKEN_ARRAYS: dict[str, tuple[Callable[[], dict[str, Any]], str]] = {
     ),
     "no object": (lambda: {"labels": np.full((240, 320), -1)}, "no object"),
     "objects without depth": (
-        lambda: {"depth_m": np.where(observe().label_image < 0, observe().depth_m, 0), "support_z_m": 1.05},
+        lambda: {"depth_m": np.where(true_labels() < 0, observe().depth_m, 0), "support_z_m": 1.05},
         "no labelled pixel has a depth",
     ),
     "too far away": (
         lambda: {
-            "depth_m": np.where(observe().label_image < 0, observe().depth_m, 12.0).astype(np.float32),
+            "depth_m": np.where(true_labels() < 0, observe().depth_m, 12.0).astype(np.float32),
             "support_z_m": 1.05,
         },
         "12.00 m from the camera; readings from 0.1 to 10 m",
     ),
     "misspelt key": (lambda: {"suport_z_m": 1.05}, "Did you mean 'support_z_m'"),
     "no background": (
-        lambda: {"labels": np.where(observe().label_image < 0, 5, 0), "target": 5},
+        lambda: {"labels": np.where(true_labels() < 0, 5, 0), "target": 5},
         "support_z_m",
     ),
     "too many objects": (lambda: {"labels": many_labels()}, "73 instances"),

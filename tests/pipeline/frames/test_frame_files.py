@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from frame_makers import SHAPES, directory, npz, observe
+from frame_makers import SHAPES, capture, directory, npz, observe, true_labels
 
 from torc.errors import InputError
 from torc.pipeline.frames import Frame, load_frame, save_frame
@@ -17,7 +17,7 @@ from torc.workspace.workspace_files import load_workspace
 
 def same(a: Frame, b: Frame, depth_tolerance_m: float = 0.0) -> None:
     np.testing.assert_array_equal(a.observation.rgb, b.observation.rgb)
-    np.testing.assert_array_equal(a.observation.label_image, b.observation.label_image)
+    np.testing.assert_array_equal(a.label_image, b.label_image)
     np.testing.assert_allclose(a.observation.depth_m, b.observation.depth_m, atol=depth_tolerance_m)
     np.testing.assert_allclose(a.observation.K, b.observation.K)
     np.testing.assert_allclose(a.observation.T_world_camera, b.observation.T_world_camera)
@@ -29,7 +29,7 @@ def same(a: Frame, b: Frame, depth_tolerance_m: float = 0.0) -> None:
 @pytest.mark.parametrize("target", [0, "hidden", 2])
 @pytest.mark.parametrize("name", ["frame.npz", "frame"])
 def test_what_is_saved_is_loaded(tmp_path: Path, name: str, target: int | str) -> None:
-    labels = observe().label_image.copy()
+    labels = true_labels().copy()
     labels[-20:, :30] = ROBOT
     first = load_frame(
         npz(tmp_path, labels=labels, target=target, target_description="the blue can", support_z_m=1.05)
@@ -37,12 +37,12 @@ def test_what_is_saved_is_loaded(tmp_path: Path, name: str, target: int | str) -
     save_frame(tmp_path / "out" / name, first)
     again = load_frame(tmp_path / "out" / name)
     same(first, again, 0.0 if name.endswith("npz") else 0.0000501)
-    assert (again.observation.label_image == ROBOT).sum() == 600
+    assert (again.label_image == ROBOT).sum() == 600
 
 
 def test_both_forms_tell_the_same(tmp_path: Path) -> None:
     a, b = load_frame(npz(tmp_path, support_z_m=1.05)), load_frame(directory(tmp_path, support_z_m=1.05))
-    np.testing.assert_array_equal(a.observation.label_image == 0, b.observation.label_image == 0)
+    np.testing.assert_array_equal(a.label_image == 0, b.label_image == 0)
     np.testing.assert_allclose(a.observation.depth_m, b.observation.depth_m, atol=0.0006)
     np.testing.assert_allclose(a.observation.T_world_camera, b.observation.T_world_camera, atol=1e-9)
     assert dict(b.names) == {0: "red mug", 2: "box"}
@@ -76,13 +76,12 @@ def test_arrays_that_would_fill_the_memory_are_refused_unread(
 
 
 def test_labels_from_anywhere_become_ids(tmp_path: Path) -> None:
-    o = observe()
     numbers = {BACKGROUND: 0, 0: 40_000, 1: 7, 2: 512}
-    labels = np.vectorize(numbers.__getitem__)(o.label_image).astype(np.uint16)
+    labels = np.vectorize(numbers.__getitem__)(true_labels()).astype(np.uint16)
     frame = load_frame(npz(tmp_path, labels=labels, target=512))
     assert dict(frame.labels) == {7: 7, 1: 40_000, 0: 512}
     for object_id, label in frame.labels.items():
-        np.testing.assert_array_equal(frame.observation.label_image == object_id, labels == label)
+        np.testing.assert_array_equal(frame.label_image == object_id, labels == label)
     assert frame.target_id == 0
 
 
@@ -94,7 +93,7 @@ def test_target_is_hidden_when_said_so(tmp_path: Path) -> None:
 
 
 def test_a_forgotten_target_is_not_taken_for_a_hidden_one(tmp_path: Path) -> None:
-    labels = observe().label_image + 1  # 0 is the background now
+    labels = true_labels() + 1  # 0 is the background now
     with pytest.raises(InputError, match=r"one of \[1, 2, 3\].* or 'hidden'"):
         load_frame(npz(tmp_path, labels=labels))
 
@@ -113,9 +112,11 @@ def test_target_by_name(tmp_path: Path) -> None:
 def test_support_height_is_found_above_the_floor(
     support_z_m: float, noise_m: float, rng: np.random.Generator
 ) -> None:
-    o = observe(support_z_m, load_workspace().camera)
+    seen = capture(support_z_m, load_workspace().camera)
+    o = seen.observation
     depth = o.depth_m + rng.normal(0, noise_m, o.depth_m.shape).astype(np.float32) * (o.depth_m > 0)
-    assert estimate_support_z_m(replace(o, depth_m=depth)) == pytest.approx(support_z_m, abs=0.004)
+    noisy = replace(seen, observation=replace(o, depth_m=depth))
+    assert estimate_support_z_m(noisy) == pytest.approx(support_z_m, abs=0.004)
 
 
 def test_grid_covers_the_objects_and_stands_on_the_support(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ from frame_makers import directory, npz, observe
 from torc.errors import InputError
 from torc.geometry.transforms import make_pose
 from torc.perception.stereo import made_up_pair
-from torc.pipeline.frames import frame_of, load_frame, load_observation, save_frame, save_observation
+from torc.pipeline.frames import frame_of, load_capture, load_frame, save_frame, save_observation
 
 WITHOUT = {"T_world_camera": None, "labels": None}
 CAMERA_ABOVE_TABLE_M = observe().T_world_camera[2, 3] - 1.05
@@ -61,10 +61,12 @@ def test_what_makes_no_sense_without_a_pose_is_refused(tmp_path, changes, text):
 def test_a_recorded_snapshot_is_the_snapshot(tmp_path, name):
     o = observe()
     pose = make_pose(None, [0, 0, -1.05]) @ o.T_world_camera
-    o = replace(o, label_image=None, T_world_camera=pose, pose_estimated=True)
+    o = replace(o, T_world_camera=pose, pose_estimated=True)
     o = replace(o, pair=made_up_pair(o.depth_m, float(o.K[0, 0])))
     save_observation(tmp_path / name, o, "the blue can")
-    again = load_observation(tmp_path / name)
+    capture = load_capture(tmp_path / name)
+    assert capture.label_image is None
+    again = capture.observation
     np.testing.assert_array_equal(again.rgb, o.rgb)
     np.testing.assert_array_equal(again.K, o.K)
     np.testing.assert_array_equal(again.T_world_camera, o.T_world_camera)
@@ -82,7 +84,7 @@ def test_what_is_far_is_stored_more_coarsely_and_what_is_farther_not_at_all(tmp_
     depth[:2], depth[2:4], depth[4:6] = 20.0, 90.0, np.nan
     save_observation(tmp_path / "seen", replace(o, depth_m=depth))
     assert json.loads((tmp_path / "seen" / "frame.json").read_text())["depth_scale_m"] == 0.001
-    again = load_observation(tmp_path / "seen").depth_m
+    again = load_capture(tmp_path / "seen").observation.depth_m
     np.testing.assert_allclose(again[6:], o.depth_m[6:], atol=0.00051)
     assert (np.unique(again[:2]), again[2:6].max()) == (pytest.approx(20.0), 0)
 

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from frame_makers import directory, npz, observe
+from frame_makers import directory, npz, observe, true_labels
 from PIL import Image
 
 from torc.errors import InputError
@@ -13,7 +13,7 @@ from torc.pipeline.frames import load_frame
 from torc.pipeline.frames.forms import as_labels
 
 SEEN = observe()
-LABELS = SEEN.label_image
+LABELS = true_labels()
 GREY = np.mean(SEEN.rgb, axis=2)
 RS = {"fx": SEEN.K[0, 0], "fy": SEEN.K[1, 1], "ppx": SEEN.K[0, 2], "ppy": SEEN.K[1, 2]}
 CHANGES = {
@@ -45,7 +45,7 @@ def test_what_is_unambiguous_is_read(tmp_path, name):
     np.testing.assert_allclose(frame.observation.depth_m, SEEN.depth_m)
     np.testing.assert_allclose(frame.observation.K, SEEN.K)
     np.testing.assert_allclose(frame.observation.T_world_camera, SEEN.T_world_camera, atol=1e-9)
-    np.testing.assert_array_equal(frame.observation.label_image, LABELS)
+    np.testing.assert_array_equal(frame.label_image, LABELS)
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from torc.geometry.transforms import look_at, make_pose
 from torc.perception.noise import add_sensor_noise, stereo_camera
 from torc.pipeline.frames import load_frame
 from torc.pipeline.frames.registration import registration_doubt
-from torc.testing.synthetic import synthetic_observation
+from torc.testing.synthetic import synthetic_capture
 from torc.workspace.description import CameraMount
 
 POSE = look_at((0.25, 0.1, 1.55), (0.68, -0.05, 1.05))
@@ -23,17 +23,22 @@ SHAPES = (
 
 def seen(right_m=0.0, fov_rad=0.9):
     pose = POSE @ make_pose(np.eye(3), [right_m, 0.0, 0.0])
-    return synthetic_observation(SHAPES, CameraMount(pose, 320, 240, fov_rad))
+    return synthetic_capture(SHAPES, CameraMount(pose, 320, 240, fov_rad))
 
 
-DEPTH = seen()
-OTHERS = {"beside": seen(0.06), "narrower": seen(0.015, 0.65), "wider": seen(-0.02, 1.1)}
+SEEN = seen()
+DEPTH = SEEN.observation
+OTHERS = {
+    "beside": seen(0.06).observation,
+    "narrower": seen(0.015, 0.65).observation,
+    "wider": seen(-0.02, 1.1).observation,
+}
 
 
 @pytest.mark.parametrize("noisy", [False, True])
 @pytest.mark.parametrize("which", list(OTHERS))
 def test_colour_of_another_camera_is_noticed(which, noisy, rng):
-    o = add_sensor_noise(DEPTH, stereo_camera(), rng) if noisy else DEPTH
+    o = add_sensor_noise(SEEN, stereo_camera(), rng).observation if noisy else DEPTH
     assert "not seem to be registered" in registration_doubt(OTHERS[which].rgb, o.depth_m)
     assert registration_doubt(o.rgb, o.depth_m) == ""
 
@@ -60,6 +65,6 @@ def test_pictures_without_edges_or_of_odd_shapes_are_not_doubted(rng):
 
 
 def test_a_frame_says_so(tmp_path):
-    path = npz(tmp_path, **arrays(DEPTH) | {"rgb": OTHERS["narrower"].rgb})
+    path = npz(tmp_path, **arrays(SEEN) | {"rgb": OTHERS["narrower"].rgb})
     (message,) = load_frame(path).warnings
     assert "not seem to be registered" in message

@@ -25,7 +25,7 @@ from torc.geometry.transforms import project
 from torc.objects.library import builtin_object_names, load_object, load_stored, object_facts
 from torc.objects.models import CollisionPiece
 from torc.perception.embedded.inputs import CHANNELS, View, Window, cut
-from torc.testing.synthetic import random_clutter, synthetic_observation
+from torc.testing.synthetic import random_clutter, synthetic_capture
 from torc.workspace.workspace_files import load_workspace
 
 WORKSPACE = load_workspace()
@@ -33,12 +33,13 @@ WORKSPACE = load_workspace()
 
 @pytest.fixture(scope="module")
 def saved():
-    o = synthetic_observation(random_clutter(np.random.default_rng(4), 9))
+    capture = synthetic_capture(random_clutter(np.random.default_rng(4), 9))
+    o, label = capture.observation, capture.label_image
     rows, cols = slice(120, 360), slice(180, 540)
     K = o.K.copy()
     K[0, 2] -= cols.start
     K[1, 2] -= rows.start
-    label = np.where(o.label_image < 0, BACKGROUND, o.label_image).astype(np.uint8)[rows, cols]
+    label = np.where(label < 0, BACKGROUND, label).astype(np.uint8)[rows, cols]
     depth = np.ascontiguousarray(o.depth_m[rows, cols])
     rgb = np.ascontiguousarray(o.rgb[rows, cols])
     return SavedView(rgb, depth, depth.copy(), label, K, o.T_world_camera, WORKSPACE.support_z_m)

@@ -10,7 +10,7 @@ from torc.benchmark.preflight import find_planner
 from torc.benchmark.spec import BenchPlanner
 from torc.errors import InputError
 from torc.perception.protocol import Wanted
-from torc.records import Observation
+from torc.records import Capture, Observation
 from torc.specs.conditions import Conditions
 from torc.specs.trial import PlannerSpec
 from torc.vlm.config import VlmConfig, parse_vlm
@@ -35,9 +35,8 @@ def scene(name):
     depth = np.ones((8, 8), np.float32)
     label = np.zeros((8, 8), np.int16)
     rgb = np.zeros((8, 8, 3), np.uint8)
-    return Scene(
-        name, "lab", Wanted("a mug"), Observation(rgb, depth, np.eye(3), np.eye(4), np.zeros(0), 0.0, label)
-    )
+    observation = Observation(rgb, depth, np.eye(3), np.eye(4), np.zeros(0), 0.0)
+    return Scene(name, "lab", Wanted("a mug"), Capture(observation, label))
 
 
 @pytest.fixture(scope="module")
@@ -78,7 +77,7 @@ def test_what_cannot_be_played_on_a_robot_is_refused(planners):
 def test_another_reference_is_another_problem(planners):
     one, other = scene("cups"), scene("cups")
     assert one.digest == other.digest
-    other.reference.depth_m[0, 0] = 2.0
+    other.reference.observation.depth_m[0, 0] = 2.0
     fresh = Scene("cups", "lab", Wanted("a mug"), other.reference)
     assert fresh.digest != one.digest
     specs = [plan_lab_bench(LAB, [s], planners, 1) for s in (one, fresh)]

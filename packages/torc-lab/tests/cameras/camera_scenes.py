@@ -4,9 +4,9 @@ import numpy as np
 
 from lab_helpers.realsense_feeder import Lens, SoftwareRealSense
 from torc.geometry.transforms import invert, look_at, make_pose, rotation_about
-from torc.records import Observation
+from torc.records import Capture, Observation
 from torc.testing.contexts import box
-from torc.testing.synthetic import synthetic_observation
+from torc.testing.synthetic import synthetic_capture
 from torc.workspace.description import CameraMount
 
 SHAPES = (
@@ -22,7 +22,12 @@ DEPTH, COLOR = Lens(320, 240, 260.0), Lens(320, 240, 230.0)
 
 def seen(lens: Lens, pose: np.ndarray) -> Observation:
     """The boxes through a lens with its principal point in the middle, without its distortion."""
-    return synthetic_observation(
+    return captured(lens, pose).observation
+
+
+def captured(lens: Lens, pose: np.ndarray) -> Capture:
+    """The same with the true labels."""
+    return synthetic_capture(
         SHAPES, CameraMount(pose, lens.width, lens.height, float(2 * np.arctan(lens.height / 2 / lens.f)))
     )
 

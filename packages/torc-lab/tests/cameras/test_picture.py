@@ -3,18 +3,19 @@
 from dataclasses import replace
 
 import numpy as np
-from camera_scenes import COLOR, POSE, seen
+from camera_scenes import COLOR, POSE, captured
 
 from torc.drawing.marking import mark_image
-from torc.perception.privileged import LabelPerception
+from torc.testing.contexts import see
 from torc_lab.cameras.picture import depth_colors, snapshot_picture
 
-SEEN = seen(COLOR, POSE)
+CAPTURE = captured(COLOR, POSE)
+SEEN = CAPTURE.observation
 W, GAP = COLOR.width, 6
 
 
 def test_colour_depth_and_masks_stand_side_by_side():
-    scene = LabelPerception().perceive(SEEN)
+    scene = see(CAPTURE)
     picture = snapshot_picture(SEEN, scene)
     assert picture.shape == (COLOR.height, 3 * W + 2 * GAP, 3)
     np.testing.assert_array_equal(picture[:, :W], SEEN.rgb)

@@ -134,10 +134,15 @@ def test_a_camera_that_sees_no_support_shows_what_it_sees(tmp_path, capsys):
     assert "No support was found" in err
 
 
-def test_recorded_frames_that_show_no_support_are_shown_all_the_same(tmp_path, capsys):
-    steps = np.random.default_rng(0).uniform(0.3, 2.9, (480, 640)).astype(np.float32)
-    np.savez(tmp_path / "f.npz", rgb=np.full((480, 640, 3), 90, np.uint8), depth_m=steps, K=seen(POSE).K)
-    camera = ("--camera", "recorded", "--camera.path", tmp_path / "f.npz")
+@pytest.mark.parametrize("depth", ["as-measured", "sgbm"])
+def test_recorded_frames_that_show_no_support_are_shown_all_the_same(tmp_path, capsys, depth):
+    """A bowl, which is level nowhere."""
+    K, (rows, cols) = seen(POSE).K, np.mgrid[-1:1:480j, -1:1:640j]
+    bowl = (0.9 - 0.3 * rows**2 - 0.3 * cols**2).astype(np.float32)
+    pair = made_up_pair(bowl, float(K[0, 0]))
+    pictures = {"left": pair.left, "right": pair.right, "baseline_m": pair.baseline_m}
+    np.savez(tmp_path / "f.npz", rgb=np.full((480, 640, 3), 90, np.uint8), depth_m=bowl, K=K, **pictures)
+    camera = ("--camera", "recorded", "--camera.path", tmp_path / "f.npz", "--depth", depth)
     code, out, _ = run_torc("camera", "show", *camera, "--out", tmp_path / "seen.png", capsys=capsys)
     assert code == 0
     assert "no masks: " in out

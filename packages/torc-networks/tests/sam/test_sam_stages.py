@@ -28,7 +28,7 @@ def test_they_keep_the_rules_of_perceptions(make):
 
 
 def test_objects_have_clouds_and_the_picture_may_have_any_size(make):
-    observation = replace(synthetic_observation(SHAPES), label_image=None)
+    observation = synthetic_observation(SHAPES)
     K = observation.K.copy()
     K[1, 2] -= 40
     cut = slice(40, 441, None), slice(0, 601, None)  # odd sizes
@@ -47,7 +47,7 @@ def test_objects_have_clouds_and_the_picture_may_have_any_size(make):
 
 def test_an_episode_keeps_ids_where_nothing_moves(make):
     eyes = make()
-    observation = replace(synthetic_observation(SHAPES), label_image=None)
+    observation = synthetic_observation(SHAPES)
     first = eyes.perceive(observation, WORDS, None)
     second = eyes.perceive(observation, WORDS, first)
     assert np.array_equal(first.label_image, second.label_image)
@@ -55,14 +55,14 @@ def test_an_episode_keeps_ids_where_nothing_moves(make):
 
 
 def test_what_is_not_asked_for_is_not_the_target(make):
-    observation = replace(synthetic_observation(SHAPES), label_image=None)
+    observation = synthetic_observation(SHAPES)
     assert make().perceive(observation, Wanted(""), None).target_id is None
     assert make(words=Certainty(1.0, 0.0, 0.0)).perceive(observation, WORDS, None).target_id is None
 
 
 def test_scores_that_no_mask_reaches_leave_an_empty_scene(make):
     scene = make(object_score=1.0, words=Certainty(1.0, 0.0, 0.0)).perceive(
-        replace(synthetic_observation(SHAPES), label_image=None), WORDS, None
+        synthetic_observation(SHAPES), WORDS, None
     )
     assert scene.objects == ()
     assert len(scene.background_points) > 0
@@ -126,5 +126,5 @@ def test_an_overlap_that_is_no_number_is_no_object(grounded, sam2, monkeypatch):
 
     forward = sam2.model.forward
     monkeypatch.setattr(sam2.model, "forward", broken)
-    scene = grounded().perceive(replace(synthetic_observation(SHAPES), label_image=None), WORDS, None)
+    scene = grounded().perceive(synthetic_observation(SHAPES), WORDS, None)
     assert scene.objects == ()

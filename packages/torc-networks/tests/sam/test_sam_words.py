@@ -12,7 +12,7 @@ from torc.perception.target import Certainty
 from torc.records import BACKGROUND, MAX_OBJECTS, ROBOT, TARGET_ID
 from torc.testing.contexts import box
 from torc.testing.perception_conformance import check_perception
-from torc.testing.synthetic import synthetic_observation
+from torc.testing.synthetic import synthetic_capture
 from torc_networks.proposals import Proposals
 from torc_networks.sam.perception import GroundedSam2Config, Sam3Config, WordsConfig, WordsPerception
 
@@ -41,8 +41,8 @@ class Knowing(WordsPerception):
 
 def seen(shapes):
     """What a camera sees, and the labels that it does not know."""
-    observation = synthetic_observation(shapes)
-    return replace(observation, label_image=None), observation.label_image
+    capture = synthetic_capture(shapes)
+    return capture.observation, capture.label_image
 
 
 def look(shapes, wanted, scores=None, before=None, config=None):
@@ -206,9 +206,9 @@ def test_it_keeps_the_rules_of_perceptions():
         def __init__(self):
             super().__init__(np.zeros((1, 1), np.int16), {0: 0.9})
 
-        def find(self, observation, wanted):
-            self.truth = observation.label_image
-            return super().find(observation, wanted)
+        def perceive(self, observation, wanted, before, label_image):
+            self.truth = label_image
+            return super().perceive(observation, wanted, before)
 
     check_perception(Truthful)
 
