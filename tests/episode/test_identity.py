@@ -11,7 +11,7 @@ from torc.episode.loop import Episode, run_episode
 from torc.episode.steps import EpisodeConfig
 from torc.perception.protocol import Wanted
 from torc.pipeline.state import EndReason
-from torc.records import TARGET_ID, Observation, PickOutcome, PickResult
+from torc.records import Observation, PickOutcome, PickResult
 from torc.testing.synthetic import SyntheticBox
 
 TALL = SyntheticBox(1, (0.58, -0.12, 1.12), (0.05, 0.06, 0.14))
@@ -121,8 +121,8 @@ def test_what_a_planner_took_for_the_target_perception_is_told(play):
     missed = PickOutcome(PickResult.MISSED, 5)
     result, _, eyes = play([5, 4], {0: 5, 1: 6, 2: 4}, targets=[5], results=[missed])
     before = eyes.before[1]
-    assert before.target_id == TARGET_ID
-    assert before.ids == (0, 4, 6)
+    assert before.target_id == 5
+    assert before.ids == (4, 5, 6)
     assert result.outcomes[0].object_id == 5
 
 
@@ -154,7 +154,6 @@ def test_what_was_taken_for_the_target_and_is_not_is_let_go(play):
     assert [o.target_p for o in result.outcomes] == [0.1, 0.9]
     assert result.end is EndReason.RETRIEVED
     assert eyes.before[1].target_id is None
-    assert TARGET_ID not in eyes.before[1].ids
     assert eyes.before[1].brought_odds == pytest.approx(0.1 / 0.9)
     lines = [line_of(e).plain for e in events if isinstance(e, Executed)]
     assert [line["target_p"] for line in lines] == [0.1, 0.9]

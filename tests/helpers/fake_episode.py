@@ -70,9 +70,7 @@ class FakeRobot:
         true_id, self.true_id = self.true_id, None
         meant = plan.object_id if true_id is None else true_id
         self.shapes = [s for s in self.shapes if s.id != meant]
-        believed = (
-            plan.object_id == TARGET_ID if is_target is None else is_target(self.capture().observation, 0.04)
-        )
+        believed = plan.is_target if is_target is None else is_target(self.capture().observation, 0.04)
         result, felt = _delivered(meant == TARGET_ID), _delivered(believed)
         told = FeltOutcome(felt, True, True)
         return PickOutcome(

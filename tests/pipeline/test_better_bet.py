@@ -41,7 +41,7 @@ def situation(*rows: Grasp) -> tuple[GraspReport, GraspSet]:
 
 def waiting(*rows: Grasp, picks_left: int = 14, lost_share: float = 0.15) -> set[int]:
     report, grasps = situation(*rows)
-    after = hold_back_worse_bets(report, grasps, picks_left, BetConfig(lost_share))
+    after = hold_back_worse_bets(report, grasps, 0, picks_left, BetConfig(lost_share))
     return set(report.graspable_ids) - set(after.graspable_ids)
 
 
@@ -100,7 +100,7 @@ def test_something_is_always_left_to_try_and_only_valid_grasps_change(seed):
             )
             rows.append((k, float(rng.random()), BLOCKED if blocked else VALID, others if blocked else ()))
     report, grasps = situation(*rows)
-    after = hold_back_worse_bets(report, grasps, int(rng.integers(1, 16)), BetConfig())
+    after = hold_back_worse_bets(report, grasps, 0, int(rng.integers(1, 16)), BetConfig())
     changed = report.status != after.status
     assert np.all(report.status[changed] == VALID)
     assert np.all(after.status[changed] == UNLIKELY)

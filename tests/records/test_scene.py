@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from torc.records import KnownObject
+from torc.records import TARGET_ID, KnownObject
 from torc.testing.contexts import see
 from torc.testing.synthetic import random_clutter, synthetic_capture
 
@@ -15,16 +15,31 @@ def scene(rng):
     return see(synthetic_capture(random_clutter(rng, 5)))
 
 
-def test_the_named_object_and_the_target_change_ids(scene):
-    named = scene.ids[-1]
-    other = scene.with_target(named)
-    np.testing.assert_array_equal(other.label_image == 0, scene.label_image == named)
-    np.testing.assert_array_equal(other.label_image == named, scene.label_image == 0)
-    np.testing.assert_array_equal(other.object(0).points, scene.object(named).points)
-    assert list(other.ids) == sorted(other.ids)
-    assert other.target_id == 0
-    again = other.with_target(named)
-    np.testing.assert_array_equal(again.label_image, scene.label_image)
+def known(*ids, target=None):
+    look = np.ones(3, np.float32)
+    return tuple(KnownObject(k, np.zeros((1, 3), np.float32), look, 1.0, is_target=k == target) for k in ids)
+
+
+def test_another_target_changes_no_id(scene):
+    other = scene.with_target(scene.ids[-1])
+    assert other.target_id == other.target_number == scene.ids[-1]
+    assert other.ids == scene.ids
+    assert other.label_image is scene.label_image
+    assert other.with_target(scene.target_id).target_id == scene.target_id
+
+
+def test_a_target_that_was_seen_keeps_its_number_out_of_sight(scene):
+    """Until another object is the target; and whoever was never seen is number 0."""
+    first, second = scene.ids[-2:]
+    seen = replace(scene, known=known(*scene.ids)).with_target(first)
+    assert [k.id for k in seen.known if k.is_target] == [first]
+    gone = tuple(o for o in seen.objects if o.id != first)
+    hidden = replace(seen, objects=gone).with_target(None)
+    assert (hidden.target_id, hidden.target_number) == (None, first)
+    other = hidden.with_target(second)
+    assert other.target_number == second
+    assert first not in {k.id for k in other.known}
+    assert seen.with_target(None).target_number == TARGET_ID
 
 
 def test_what_is_not_in_sight_is_not_named(scene):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.helpers.fake_robot import FakeArm, FakeGripper
-from torc.records import TARGET_ID, PickPlan, PickResult, Trajectory
+from torc.records import PickPlan, PickResult, Trajectory
 from torc.robots.execution import ExecutionConfig, Phase, execute_pick, reverse, starting_from
 from torc.robots.protocols import ContactGuard
 
@@ -24,25 +24,23 @@ def motion(a, b, duration_s=1.0, n=101):
     return Trajectory(t, a + path[:, None] * (b - a), rate[:, None] * (b - a))
 
 
-def plan(object_id=3):
+def plan(is_target=False):
     motions = [motion(a, b) for a, b in pairwise([REST, PRE, GRASP, UP, BIN, REST])]
-    return PickPlan(object_id, 0, np.eye(4), 0.04, *motions, grasps_tried=1)
+    return PickPlan(3, 0, np.eye(4), 0.04, *motions, grasps_tried=1, is_target=is_target)
 
 
-def run(arm, gripper, object_id=3, config=None):
-    return execute_pick(arm, gripper, plan(object_id), config)
+def run(arm, gripper, is_target=False, config=None):
+    return execute_pick(arm, gripper, plan(is_target), config)
 
 
 def phases(trace):
     return [p.phase for p in trace.phases]
 
 
-@pytest.mark.parametrize(
-    ("object_id", "result"), [(TARGET_ID, PickResult.RETRIEVED), (3, PickResult.REMOVED)]
-)
-def test_all_goes_well(object_id, result):
+@pytest.mark.parametrize(("is_target", "result"), [(True, PickResult.RETRIEVED), (False, PickResult.REMOVED)])
+def test_all_goes_well(is_target, result):
     arm, gripper = FakeArm(REST), FakeGripper()
-    trace = run(arm, gripper, object_id)
+    trace = run(arm, gripper, is_target)
     assert trace.result is result
     assert phases(trace) == [
         Phase.OPEN, Phase.FREE, Phase.APPROACH, Phase.CLOSE, Phase.LIFT, Phase.TRANSFER, Phase.RELEASE, Phase.HOME
@@ -179,15 +177,15 @@ def test_a_blocked_way_back_from_the_transfer_ends_the_pick_with_the_object_held
 
 
 @pytest.mark.parametrize("target", [True, False])
-@pytest.mark.parametrize("object_id", [TARGET_ID, 3])
-def test_a_look_at_what_is_held_counts_for_more_than_the_plan(object_id, target):
+@pytest.mark.parametrize("believed", [True, False])
+def test_a_look_at_what_is_held_counts_for_more_than_the_plan(believed, target):
     arm, looked_at = FakeArm(REST), []
 
     def is_target():
         looked_at.append(arm.qpos.copy())
         return target
 
-    trace = execute_pick(arm, FakeGripper(), plan(object_id), is_target=is_target)
+    trace = execute_pick(arm, FakeGripper(), plan(believed), is_target=is_target)
     assert trace.result is (PickResult.RETRIEVED if target else PickResult.REMOVED)
     np.testing.assert_allclose(looked_at, [UP])
 

@@ -1,15 +1,11 @@
 """The target by its description: a model's number is checked, "none" is an answer, and it is not asked in vain."""
 
-from dataclasses import replace
-
-import numpy as np
 import pytest
 
 from tests.helpers.fake_vlm import ScriptedVlm
 from torc.errors import InputError
 from torc.perception.protocol import Wanted
 from torc.perception.segmentation import PerceptionConfig, segment
-from torc.records import TARGET_ID, KnownObject
 from torc.testing.contexts import box
 from torc.testing.synthetic import raycast, synthetic_observation
 from torc.vlm.find_target import TargetByText, find_target, read_number
@@ -37,10 +33,8 @@ def test_the_object_that_the_model_names_becomes_the_target():
     client = ScriptedVlm(['{"thoughts": "the tall one", "number": 3}'])
     eyes = TargetByText(Eyes(), client)
     scene = eyes.perceive(observation(), WANTED, None)
-    assert scene.target_id == TARGET_ID
-    assert scene.ids == (0, 5)
-    truth = raycast(SHAPES).label_image
-    assert (truth[scene.label_image == TARGET_ID] == 3).all()
+    assert scene.target_id == 3
+    assert scene.ids == (3, 5)
     (question,) = client.questions
     assert "the tall box" in question.prompt
     assert len(question.images) == 2
@@ -91,12 +85,3 @@ def test_a_description_that_holds_instructions_or_dollars_stays_a_description():
 def test_without_words_there_is_nothing_to_ask():
     with pytest.raises(InputError, match="description"):
         TargetByText(Eyes(), ScriptedVlm(["{}"])).perceive(observation(), Wanted(" "), None)
-
-
-def test_what_is_remembered_is_renamed_too():
-    scene = Eyes().perceive(observation(), WANTED, None)
-    look = np.ones(4, np.float32)
-    known = tuple(KnownObject(k, np.zeros((1, 3), np.float32), look, 1.0) for k in (0, 3, 5))
-    renamed = replace(scene, known=known).with_target(3)
-    assert [k.id for k in renamed.known] == [0, 5]
-    assert renamed.target_id == 0

@@ -1,5 +1,6 @@
 """A robot of real devices: what it feels, and sees in the hand, is all that is known."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 
 from test_supervisor import motion
 from tests.helpers.fake_robot import FakeArm, FakeGripper
-from torc.records import TARGET_ID, PickPlan, PickResult, Trajectory
+from torc.records import PickPlan, PickResult, Trajectory
 from torc.robots.protocols import KnowsObjects, Robot
 from torc.testing.synthetic import synthetic_observation
 from torc_lab.robot import LabRobot
@@ -43,7 +44,7 @@ def test_a_pick_is_told_as_it_was_felt(robot):
     assert (outcome.result, outcome.held_id, outcome.delivered) == (PickResult.REMOVED, 3, True)
     assert outcome.as_felt.result is PickResult.REMOVED
     assert not outcome.wrong_object
-    assert lab.execute(plan(TARGET_ID)).result is PickResult.RETRIEVED
+    assert lab.execute(replace(plan(3), is_target=True)).result is PickResult.RETRIEVED
     missed = robot_of(robot, None).execute(plan(3))
     assert (missed.result, missed.held_id) == (PickResult.MISSED, None)
 

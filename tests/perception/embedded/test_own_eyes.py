@@ -7,10 +7,9 @@ import pytest
 
 from torc.errors import InputError
 from torc.perception.embedded.perception import EmbeddedPerception
-from torc.perception.from_masks import with_target
 from torc.perception.protocol import Wanted
 from torc.perception.scoring import mean_score, score_masks
-from torc.records import MAX_OBJECTS, TARGET_ID, KnownObject
+from torc.records import MAX_OBJECTS
 from torc.testing.contexts import box
 from torc.testing.perception_conformance import check_perception
 from torc.testing.synthetic import random_clutter, synthetic_capture
@@ -89,10 +88,11 @@ def test_a_mark_or_a_box_says_which_is_the_target_and_it_stays_that():
     for mark in (at(truth, 2), frame):
         eyes = EmbeddedPerception()
         scene = eyes.perceive(observation, Wanted("", mark=mark), None)
-        assert scene.target_id == TARGET_ID
-        assert truth[scene.label_image == TARGET_ID].mean() > 1.8
+        target = scene.target_id
+        assert truth[scene.label_image == target].mean() > 1.8
         later = eyes.perceive(blind((B, C))[0], Wanted("", mark=mark), scene)
-        assert np.abs(later.object(TARGET_ID).points - scene.object(TARGET_ID).points.mean(0)).max() < 0.12
+        assert later.target_id == target
+        assert np.abs(later.object(target).points - scene.object(target).points.mean(0)).max() < 0.12
 
 
 def test_a_mark_on_nothing_is_no_target_and_one_off_the_picture_is_refused():
@@ -104,29 +104,6 @@ def test_a_mark_on_nothing_is_no_target_and_one_off_the_picture_is_refused():
         Wanted("", mark=(1, 2, 3))
     with pytest.raises(InputError, match="no area"):
         Wanted("", mark=(5, 5, 5, 9))
-
-
-def known(*ids):
-    look = np.ones(3, np.float32)
-    return tuple(KnownObject(k, np.zeros((1, 3), np.float32), look, 1.0) for k in ids)
-
-
-def test_the_targets_id_goes_to_the_target_and_to_nobody_else():
-    facts = known(1, 3)
-    assert with_target([3, 1], facts, None, None) == ([3, 1], facts)
-    ids, facts = with_target([3, 1], known(1, 3), None, 0)
-    assert ids == [0, 1]
-    assert [k.id for k in facts] == [0, 1]
-    ids, facts = with_target([0, 1], known(0, 1, 2), 0, 1)
-    assert ids == [3, 0]
-    assert [k.id for k in facts] == [0, 2, 3]
-    ids, facts = with_target([0, 1], known(0, 1), 0, None)
-    assert ids == [2, 1]
-    assert [k.id for k in facts] == [1, 2]
-    # One that was the target and is out of sight is none any more once another is.
-    ids, facts = with_target([4, 1], known(0, 1, 4), None, 0)
-    assert ids == [0, 1]
-    assert [k.id for k in facts] == [0, 1]
 
 
 def test_two_hundred_objects_are_sixty_three_at_most():
