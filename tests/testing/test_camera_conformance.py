@@ -63,7 +63,7 @@ def test_true_labels_may_come_with_a_snapshot_and_are_as_large():
     check_camera(Knows(label))
     assert ask_camera(Knows(label)).label_image is label
     assert ask_camera(Gives()).label_image is None
-    with pytest.raises(PartError, match="label image of another size than depth_m"):
+    with pytest.raises(PartError, match="label image has another size than depth_m"):
         check_camera(Knows(label[:-1]))
 
 

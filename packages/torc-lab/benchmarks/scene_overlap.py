@@ -15,7 +15,7 @@ import tyro
 from torc.perception.noise import add_sensor_noise, stereo_camera
 from torc.problems.problem import load_problem
 from torc.problems.sets import select_problems
-from torc.records import BACKGROUND, Observation
+from torc.records import BACKGROUND, Capture, Observation
 from torc.robots.loading import load_robot
 from torc.sim.robot import SimulatedCamera
 from torc.sim.simulated_world import World, build_world
@@ -43,19 +43,19 @@ def noisy(clean: Observation, rng: np.random.Generator) -> Observation:
     """As a stereo camera sees it, in slightly other light."""
     light, grain = rng.uniform(0.9, 1.1), rng.normal(0, 4, clean.rgb.shape)
     rgb = np.clip(clean.rgb * light + grain, 0, 255).astype(np.uint8)
-    return replace(add_sensor_noise(clean, stereo_camera(), rng), rgb=rgb)
+    return replace(add_sensor_noise(Capture(clean), stereo_camera(), rng).observation, rgb=rgb)
 
 
 def measured(
     world: World, camera: SimulatedCamera, distances_mm: tuple[int, ...], rng: np.random.Generator
 ) -> Iterator[tuple[int, float]]:
     """How far an object was moved, millimetres, and its overlap then."""
-    clean, grid = camera.capture(), world.workspace.grid
-    label = clean.label_image
+    capture, grid = camera.capture(), world.workspace.grid
+    clean, label = capture.observation, capture.label_image
     assert label is not None
     ids = [k for k in np.unique(label[label >= 0]).tolist() if np.count_nonzero(label == k) >= _LEAST_PX]
     kept = np.where(np.isin(label, ids), label, BACKGROUND).astype(np.int16)
-    reference = replace(median_picture([noisy(clean, rng) for _ in range(PICTURES)]), label_image=kept)
+    reference = Capture(median_picture([noisy(clean, rng) for _ in range(PICTURES)]), kept)
     yield from ((0, v) for v in measure_overlap(reference, noisy(clean, rng), grid).objects.values())
     places, turns = world.positions.copy(), world.wxyz.copy()
     for k in ids:
@@ -64,7 +64,10 @@ def measured(
             by_m = distance_mm * 1e-3 * np.array([np.cos(angle), np.sin(angle), 0])
             world.set_object_pose(k, places[k] + by_m, turns[k])
             world.update_position_stage()
-            yield distance_mm, measure_overlap(reference, noisy(camera.capture(), rng), grid).objects[k]
+            yield (
+                distance_mm,
+                measure_overlap(reference, noisy(camera.capture().observation, rng), grid).objects[k],
+            )
         world.set_object_pose(k, places[k], turns[k])
 
 

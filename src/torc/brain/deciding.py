@@ -16,7 +16,7 @@ from torc.pipeline.look import Pipeline
 from torc.pipeline.planners import as_planner
 from torc.pipeline.state import EpisodeState, stage_rng
 from torc.pipeline.warm_up import announced_compilation, rehearse_look
-from torc.records import Observation, OcclusionVolume, SegmentedScene
+from torc.records import Capture, Observation, OcclusionVolume, SegmentedScene
 from torc.registry.kinds import DEPTHS, PERCEPTIONS
 from torc.robots.description import RobotDescription
 from torc.robots.loading import load_robot
@@ -123,7 +123,7 @@ class FrameDecider:
             look,
             labels=given or {k: k for k in scene.ids},
             names=frame.names if given else {},
-            eyes=eyes_of(frame, self.stages),
+            eyes=eyes_of(frame.capture, self.stages),
             sought=sought,
             pose_estimated=frame.pose_estimated,
             warnings=(*frame.warnings, *size_doubts(scene)),
@@ -181,7 +181,7 @@ def _pipeline(frame: Frame, robot: RobotDescription | str | None, stages: Pipeli
     description = load_robot(robot) if isinstance(robot, str) else robot
     who = load_robot(DEFAULT_ROBOT).gripper if description is None else description
     workspace = workspace_of(frame, with_robot=description is not None)
-    used = replace(stages, perception=eyes_of(frame, stages))
+    used = replace(stages, perception=eyes_of(frame.capture, stages))
     # Masks may come with depth of any kind; a frame without masks comes from a camera.
     rough = frame.label_image is None
     pipeline = build_pipeline(used, who, workspace, rough=rough, max_depth_m=_ANY_DISTANCE_M)
@@ -198,10 +198,10 @@ def refuse_made_up(stages: PipelineSpec, depth: Depth) -> None:
         )
 
 
-def eyes_of(frame: Frame, stages: PipelineSpec) -> str:
+def eyes_of(seen: Capture, stages: PipelineSpec) -> str:
     """Return the chosen perception, or torc's own where the default one cannot read a picture without masks."""
     asked = stages.perception
-    blind = frame.label_image is None and asked == PipelineSpec().perception
+    blind = seen.label_image is None and asked == PipelineSpec().perception
     return _OWN_EYES if blind else asked
 
 

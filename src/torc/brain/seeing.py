@@ -11,7 +11,7 @@ from torc.perception.protocol import Wanted
 from torc.pipeline.building import check_settings, make_stage
 from torc.pipeline.frames import frame_of
 from torc.pipeline.frames.plausibility import clean_depth
-from torc.records import Capture, Observation, SegmentedScene
+from torc.records import Capture, Observation, SegmentedScene, as_capture
 from torc.registry.context import BuildContext
 from torc.specs.conditions import PipelineSpec
 
@@ -78,21 +78,26 @@ def measured(observation: Observation, stages: PipelineSpec) -> Observation:
     return replace(found, depth_m=clean_depth("The snapshot", found.depth_m))
 
 
-def see(observation: Observation, stages: PipelineSpec) -> Sight:
+def see(seen: Observation | Capture, stages: PipelineSpec) -> Sight:
     """Find the objects in a snapshot. A picture without a support or without objects is not an error.
 
     Args:
-        observation: the snapshot.
+        seen: the snapshot.
         stages: name depth and perception; for a snapshot without labels the default perception is torc's own.
 
     Raises:
         InputError, PartError: a part cannot be made, or crashes.
     """
-    observation = measured(observation, stages)
+    capture = as_capture(seen)
+    observation = measured(capture.observation, stages)
     try:
         frame = frame_of(observation)
     except InputError as error:
         return Sight(observation, None, None, str(error))
     context = BuildContext(workspace=workspace_of(frame))
-    part = make_stage(replace(stages, perception=eyes_of(frame, stages)), "perception", context, rough=True)
-    return Sight(observation, ask_perception(part, Capture(observation), Wanted(""), None), frame.support_z_m)
+    part = make_stage(replace(stages, perception=eyes_of(capture, stages)), "perception", context, rough=True)
+    return Sight(
+        observation,
+        ask_perception(part, replace(capture, observation=observation), Wanted(""), None),
+        frame.support_z_m,
+    )

@@ -7,7 +7,7 @@ from typing import Literal
 
 from torc.errors import CameraError, InputError
 from torc.pipeline.frames import load_capture
-from torc.records import Capture
+from torc.records import Capture, Observation
 from torc.registry.kinds import CameraTraits
 
 
@@ -43,9 +43,9 @@ class RecordedCamera(CameraTraits):
         """
         return self._play(level=True)
 
-    def unplaced(self) -> Capture:
+    def unplaced(self) -> Observation:
         """The same frame, where its pose is missing and could not be estimated: it is the identity then."""
-        return self._play(level=False)
+        return self._play(level=False).observation
 
     def _play(self, *, level: bool) -> Capture:
         if self._frames is None:

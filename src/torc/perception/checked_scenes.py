@@ -1,6 +1,7 @@
 """Ask any perception, camera or depth, and check that its result can be used."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -45,24 +46,35 @@ def ask_perception(
 
 def ask_camera(camera: Camera | Robot) -> Capture:
     """Return a snapshot from a camera, or from a robot that has one. Raises PartError as `ask_perception`."""
-    return _checked("Camera", camera, "capture()", lambda: camera.capture())
+    with _judged("Camera", camera) as refuse:
+        seen: Any = camera.capture()
+        capture = as_capture(seen)
+        refuse(observation_faults(capture.observation, "capture()"))
+        if capture.label_image is not None and capture.label_image.shape != capture.observation.depth_m.shape:
+            refuse(["its label image has another size than depth_m"])
+    return capture
 
 
 def ask_depth(depth: Depth, observation: Observation) -> Observation:
     """Return the snapshot with the depth to use. Raises PartError as `ask_perception`."""
-    return _checked("Depth", depth, "measure()", lambda: depth.measure(observation)).observation
+    with _judged("Depth", depth) as refuse:
+        measured = depth.measure(observation)
+        refuse(observation_faults(measured, "measure()"))
+    return measured
 
 
-def _checked(kind: str, part: object, method: str, ask: Callable[[], Any]) -> Capture:
+@contextmanager
+def _judged(kind: str, part: object) -> Iterator[Callable[[Iterable[str]], None]]:
+    """Blame a part for errors in the block, and for the faults that the block passes on."""
     what = f"{kind} {type(part).__name__}"
     remedy = f"torc.testing.{kind.lower()}_conformance checks a {kind.lower()} against all rules (docs/extending.md)."
+
+    def refuse(faults: Iterable[str]) -> None:
+        for fault in faults:
+            raise PartError(f"{what} gave no valid observation: {fault}. {remedy}")
+
     with blamed(what, PartError, remedy):
-        capture = as_capture(ask())
-    for fault in observation_faults(capture.observation, method):
-        raise PartError(f"{what} gave no valid observation: {fault}. {remedy}")
-    if capture.label_image is not None and capture.label_image.shape != capture.observation.depth_m.shape:
-        raise PartError(f"{what} gave a label image of another size than depth_m. {remedy}")
-    return capture
+        yield refuse
 
 
 def observation_faults(observation: Any, method: str) -> Iterator[str]:

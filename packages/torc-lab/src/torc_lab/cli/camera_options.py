@@ -12,7 +12,7 @@ from torc.registry.settings import Settings
 from torc.specs.conditions import DEFAULT_WORKSPACE
 
 if TYPE_CHECKING:
-    from torc import Observation
+    from torc import Capture
 
 
 @dataclass(frozen=True)
@@ -56,8 +56,8 @@ def opened(conditions: Conditions) -> Iterator[Any]:
         CAMERAS.traits(camera).close()
 
 
-def snapshot(camera: Any) -> Observation:
+def snapshot(camera: Any) -> Capture:
     """One snapshot. Raises InputError, CameraError, PartError."""
     from torc.perception.checked_scenes import ask_camera
 
-    return ask_camera(camera).observation
+    return ask_camera(camera)

@@ -54,7 +54,7 @@ class RecordCommand:
             for k in range(self.count):
                 if k:
                     time.sleep(self.every)
-                observation = measured(snapshot(camera), conditions)
+                observation = measured(snapshot(camera).observation, conditions)
                 path = self.out / _NAME.format(number + 1 + k)
                 save_observation(path, observation, self.description)
                 print(f"{path}: {_told(observation)}", flush=True)

@@ -60,13 +60,13 @@ class ShowCommand:
 
         conditions = self.camera.conditions()
         try:
-            observation = snapshot(camera)
+            capture = snapshot(camera)
         except InputError as error:
             unplaced = CAMERAS.traits(camera).unplaced
             if unplaced is None:
                 raise
             return Sight(measured(unplaced(), conditions), None, None, str(error), placed=False)
-        return see(observation, conditions)
+        return see(capture, conditions)
 
     def _live(self) -> int:
         from torc.web.camera_page import CameraBoard, make_camera_app

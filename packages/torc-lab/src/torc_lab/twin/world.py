@@ -12,8 +12,8 @@ from typing import Self, TypeVar
 
 import numpy as np
 
-from torc import InputError, Observation, Problem, TorcError
-from torc.records import TARGET_ID
+from torc import InputError, Problem, TorcError
+from torc.records import TARGET_ID, Capture
 from torc.robots.description import RobotDescription
 from torc.sim.actuation import SimulatedArm, SimulatedGripper
 from torc.sim.robot import SimulatedCamera
@@ -109,7 +109,7 @@ class LiveWorld:
         with self._lock:
             return self._found
 
-    def capture(self) -> Observation:
+    def capture(self) -> Capture:
         """A snapshot; the world waits for it. What came to rest in the bin, or below the table, is taken away."""
         return self._ask(self._capture)
 
@@ -225,9 +225,9 @@ class LiveWorld:
                 closing = count < wanted
                 self._found = count, Object.STOPPED_CLOSING if closing else Object.STOPPED_OPENING
 
-    def _capture(self) -> Observation:
+    def _capture(self) -> Capture:
         self._cleared()
-        return self._camera.capture().observation
+        return self._camera.capture()
 
     def _cleared(self) -> Truth:
         """Takes away what has come to rest in the bin, or below the table."""
