@@ -14,6 +14,7 @@ from torc.brain import FrameDecider, answer_text, decide_frame
 from torc.brain.answer import evidence_in_labels
 from torc.brain.candidates import STATUS_WORDS, blockers_of, status_counts
 from torc.errors import InputError
+from torc.pipeline import warm_up
 from torc.pipeline.planners import make_planner
 from torc.pipeline.warm_up import MESSAGE
 from torc.records import Evidence, GraspStatus
@@ -42,6 +43,15 @@ def test_a_decision_that_compiles_says_so(frame_of, capsys):
     assert capsys.readouterr().err == ""
     decide_frame(frame_of(), Compiling([0]))
     assert capsys.readouterr().err == f"{MESSAGE}\n"
+
+
+def test_a_long_compilation_says_how_far_it_is(capsys, monkeypatch):
+    monkeypatch.setattr(warm_up, "_EVERY_S", -1.0)
+    with warm_up.announced_compilation():
+        njit(lambda x: x + 2)(1)
+    first, *others = capsys.readouterr().err.splitlines()
+    assert first == MESSAGE
+    assert others[0].startswith("  1 kernels after 0 s")
 
 
 def test_the_same_frame_and_seed_give_the_same_answer(frame_of):

@@ -6,6 +6,7 @@ counts as planning time later. It is short if everything is cached.
 """
 
 import sys
+import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -24,27 +25,32 @@ from torc.records import BACKGROUND, TARGET_ID, Capture, Observation
 from torc.workspace.description import Workspace
 
 MESSAGE = "Compiling numerical kernels: a minute or more, once; they are cached for the next time."
+_EVERY_S = 10.0
+"""Time between two lines that say how far the compilation is."""
 
 
 def announced_compilation(say: Callable[[str], None] | None = None) -> AbstractContextManager[None]:
-    """Say MESSAGE as soon as something has to be compiled in the block; on stderr by default."""
+    """Say MESSAGE as soon as something has to be compiled in the block, then how far it is; on stderr by default."""
     say = say or (lambda text: print(text, file=sys.stderr, flush=True))
     return event.install_listener("numba:compile", _Announcer(say))
 
 
 class _Announcer(event.Listener):
-    """Says its message once."""
+    """Says its message once, and every _EVERY_S how many kernels are compiled."""
 
     def __init__(self, say: Callable[[str], None]) -> None:
-        self.say, self.silent = say, True
+        self.say, self.compiled, self.begin_s, self.said_s = say, 0, 0.0, 0.0
 
     def on_start(self, _: Any) -> None:
-        if self.silent:
-            self.silent = False
+        if not self.begin_s:
+            self.begin_s = self.said_s = time.monotonic()
             self.say(MESSAGE)
 
     def on_end(self, _: Any) -> None:
-        pass
+        self.compiled, now_s = self.compiled + 1, time.monotonic()
+        if now_s > self.said_s + _EVERY_S:
+            self.said_s = now_s
+            self.say(f"  {self.compiled} kernels after {now_s - self.begin_s:.0f} s ...")
 
 
 def kernel_cache() -> tuple[Path, bool]:

@@ -194,7 +194,15 @@ CLIENTS = Kind("VLM client", "vlm", "vlm_clients", "ask(question)", Traits, "vlm
 ARM_DRIVERS = Kind(
     "arm driver", "arm", "arm_drivers", "start(trajectory)", ArmTraits, "arm_conformance", in_file=True
 )
-GRIPPER_DRIVERS = Kind("gripper driver", "gripper", "gripper_drivers", "open(width_m)", Traits, in_file=True)
+GRIPPER_DRIVERS = Kind(
+    "gripper driver",
+    "gripper",
+    "gripper_drivers",
+    "open(width_m)",
+    Traits,
+    "gripper_conformance",
+    in_file=True,
+)
 SCENE_FAMILIES = Kind(
     "scene family", "family", "scene_families", "finished(problem, inspector, stillness)", Traits
 )
