@@ -5,6 +5,7 @@ import time
 import numpy as np
 import pytest
 
+from lab_helpers.operator_by_script import ScriptedOperator
 from torc.errors import InputError
 from torc.objects.library import load_object
 from torc.perception.protocol import Wanted
@@ -13,7 +14,6 @@ from torc.sim.portraits import turn_table
 from torc_lab.scenes.laying_out import THRESHOLD, View, lay_out, open_eyes
 from torc_lab.scenes.overlay import overlay
 from torc_lab.scenes.scene import FACTS, REFERENCE, load_scene, record_scene, save_scene
-from torc_lab.testing.operator import ScriptedOperator
 
 pytest.importorskip("websockets", reason="websockets is not installed")
 pytest.importorskip("pymodbus", reason="pymodbus is not installed")

@@ -75,12 +75,10 @@ class SupervisedArm:
         limits: MotionLimits,
         config: SupervisorConfig | None = None,
         *,
-        slowdown: float = 1.0,
         confirm: Confirm = lambda what, trajectory: True,
     ) -> None:
-        """slowdown: every motion takes at least so many times as long as it was planned."""
         self.driver, self.robot, self.limits = driver, robot, limits
-        self.config, self.slowdown, self.confirm = config or SupervisorConfig(), slowdown, confirm
+        self.config, self.confirm = config or SupervisorConfig(), confirm
         self._halted = ""
 
     @property
@@ -150,7 +148,7 @@ class SupervisedArm:
         if status.moving:
             raise MotionRefusedError(f"{self.driver.name} moves already, and not by torc.")
         status = self._settled(status)
-        planned = self._checked(trajectory, status, self.slowdown)
+        planned = self._checked(trajectory, status)
         if not self.confirm(f"{self.driver.name}: a motion of {planned.duration_s:.1f} s", planned):
             raise MotionRefusedError("The motion was not confirmed.")
         # Whoever confirms may have taken a while.
@@ -161,15 +159,15 @@ class SupervisedArm:
                 f"{self.driver.name} moved, or was stopped, before the motion was confirmed."
             )
         # A servo that creeps into place is no more than that: the motion is bent once more.
-        return planned if gap_rad <= self.driver.start_tolerance_rad else self._checked(planned, status, 1.0)
+        return planned if gap_rad <= self.driver.start_tolerance_rad else self._checked(planned, status)
 
-    def _checked(self, trajectory: Trajectory, status: ArmStatus, slowdown: float) -> Trajectory:
+    def _checked(self, trajectory: Trajectory, status: ArmStatus) -> Trajectory:
         """The trajectory bent to where the arm is, and stretched to the limits. Raises MotionRefusedError."""
         if faults := form_faults(trajectory, self.robot.arm.dof):
             raise MotionRefusedError(f"The motion is not sent to {self.driver.name}: {'; '.join(faults)}.")
         if np.abs(trajectory.qpos[0] - status.qpos).max() <= self.config.bend_rad:
             trajectory = starting_from(trajectory, status.qpos)
-        planned = stretched(trajectory, max(slowdown, stretch_for(trajectory, self.limits, self.robot)))
+        planned = stretched(trajectory, stretch_for(trajectory, self.limits, self.robot))
         faults = motion_faults(planned, status.qpos, self.driver.start_tolerance_rad, self.limits, self.robot)
         if faults:
             raise MotionRefusedError(f"The motion is not sent to {self.driver.name}: {'; '.join(faults)}.")

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from lab_helpers.operator_by_script import ScriptedOperator
 from torc.benchmark.preflight import find_planner
 from torc.benchmark.spec import BenchPlanner
 from torc.errors import InputError
@@ -15,9 +16,8 @@ from torc.specs.conditions import Conditions
 from torc.specs.trial import PlannerSpec
 from torc.vlm.config import VlmConfig, parse_vlm
 from torc_lab.bench.judging import UNJUDGED, Verdict, ask_verdict, judged, unjudged
-from torc_lab.bench.planning import plan_lab_bench
+from torc_lab.bench.playing import plan_lab_bench
 from torc_lab.scenes.scene import Scene
-from torc_lab.testing.operator import ScriptedOperator
 
 LAB = SimpleNamespace(conditions=Conditions())
 RESULT = {

@@ -5,17 +5,16 @@ import time
 
 import pytest
 
+from lab_helpers.operator_by_script import ScriptedOperator
 from torc.benchmark.preflight import find_planner
 from torc.benchmark.reading import read_table
 from torc.benchmark.store import Store
 from torc.episode.simulated import pictured_target
 from torc.problems.problem import load_problem
 from torc.specs.trial import PlannerSpec
-from torc_lab.bench.planning import plan_lab_bench
-from torc_lab.bench.playing import LabBench
+from torc_lab.bench.playing import LabBench, plan_lab_bench
 from torc_lab.scenes.laying_out import open_eyes
 from torc_lab.scenes.scene import record_scene
-from torc_lab.testing.operator import ScriptedOperator
 
 pytest.importorskip("websockets", reason="websockets is not installed")
 pytest.importorskip("pymodbus", reason="pymodbus is not installed")

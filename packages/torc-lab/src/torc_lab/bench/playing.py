@@ -1,27 +1,70 @@
-"""Plays what is left of a comparison on a real robot, with a person who lays out, confirms and tells."""
+"""A comparison on a real robot: its trials and their order, and playing them with a person who lays out, confirms and
+judges.
+"""
 
 import json
 import shutil
-from collections.abc import Callable, Mapping
-from contextlib import suppress
+import zlib
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+import torc
 from torc import InputError, TorcError
-from torc.benchmark.spec import BenchSpec, PlannedTrial
+from torc.benchmark.preflight import find_around
+from torc.benchmark.rows import REAL
+from torc.benchmark.spec import BenchPlanner, BenchProblem, BenchSpec, PlannedTrial, make_spec
 from torc.benchmark.store import TRIAL, Store
 from torc.episode.events import Event, Executed, Halted, Looked
 from torc.io.reading import read_text
 from torc.io.results import write_json
+from torc.pipeline.planners import refuse_simulated
 from torc.vlm.cache import CacheConfig
 from torc_lab.bench.judging import UNJUDGED, ask_verdict, judged, unjudged
 from torc_lab.lab_file import Lab
 from torc_lab.person import Confirming, Person
 from torc_lab.retrieval import Operation, retrieve
-from torc_lab.scenes.laying_out import THRESHOLD, Layout, Screen, lay_out
+from torc_lab.scenes.laying_out import THRESHOLD, lay_out
 from torc_lab.scenes.scene import Scene
+
+if TYPE_CHECKING:
+    from torc.web.camera_page import CameraBoard
+
+
+def plan_lab_bench(
+    lab: Lab, scenes: Sequence[Scene], planners: Sequence[BenchPlanner], repeats: int, order_seed: int = 0
+) -> BenchSpec:
+    """Every planner in every scene, several times, scene by scene. In a scene every round has each planner once, in an
+    order that `order_seed`, the scene and the round decide: neither the light nor who lays out gets used to one.
+
+    The repeat is the seed of the trial. Raises InputError: two scenes of one name, planners that know the simulation,
+    or nothing to play.
+    """
+    names = [scene.name for scene in scenes]
+    if twice := sorted({name for name in names if names.count(name) > 1}):
+        raise InputError(
+            f"More than one scene is called {', '.join(twice)}: rename a directory and store it again."
+        )
+    if repeats < 1:
+        raise InputError("--repeats must be at least 1.")
+    for planner in planners:
+        refuse_simulated(planner.spec.name)
+        if planner.spec.vlm is not None and planner.spec.vlm.simulated:
+            raise InputError("A simulated model answers by the simulator's truth, which no real scene has.")
+    problems = [BenchProblem(scene.problem, REAL, scene.digest, shipped=False) for scene in scenes]
+    spec = make_spec(problems, planners, range(repeats), find_around(lab.conditions), torc.__version__)
+    by_cell = {trial.cell: trial for trial in spec.trials}
+    ordered = []
+    for problem in problems:
+        for round_ in range(repeats):
+            rng = np.random.default_rng([order_seed, zlib.crc32(problem.name.encode()), round_])
+            labels = [planners[k].label for k in rng.permutation(len(planners))]
+            ordered += [by_cell[label, problem.name, round_] for label in labels]
+    return BenchSpec(spec.around, tuple(ordered))
 
 
 @dataclass(frozen=True)
@@ -32,7 +75,7 @@ class LabBench:
         store: of the caller, who has locked it; `spec` is what it holds.
         scenes: by the name that stands for the problem's.
         confirm: before which motions the person is asked.
-        screen: where the live picture is shown, if anywhere.
+        board: where the live picture is shown, if anywhere.
         say: told a line of text. It does not tell which planner plays: who judges should not know.
     """
 
@@ -43,7 +86,7 @@ class LabBench:
     person: Person
     confirm: Confirming = "motion"
     threshold: float = THRESHOLD
-    screen: Screen | None = None
+    board: "CameraBoard | None" = None
     vlm_cache: CacheConfig | None = None
     say: Callable[[str], None] = print
 
@@ -78,7 +121,7 @@ class LabBench:
     def _play_one(self, trial: PlannedTrial) -> str | None:
         """How it ended; None if the person stops before it began."""
         scene, person = self._scene(trial), self.person
-        layout = lay_out(self.lab, scene, person, self.threshold, self.screen, self.say)
+        layout = lay_out(self.lab, scene, person, self.threshold, self.board, self.say)
         if layout is None or not person.ask("Step back, the e-stop in your hand. The robot begins. Go?"):
             return None
         work = self.store.work(trial)
@@ -96,7 +139,8 @@ class LabBench:
         )
         if played.directory != work / TRIAL:
             raise KeyboardInterrupt  # it was taken for the end of the trial, but was meant for all
-        result = {**played.result.plain, **_around(scene, layout, began)}
+        about = {"scene": scene.name, "began": began, "layout": layout.facts()}
+        result = {**played.result.plain, **about}
         completed = result["status"] == "completed"
         write_json(played.directory / "result.json", unjudged(result) if completed else result)
         self.store.accept(trial, work, None)
@@ -142,10 +186,6 @@ class LabBench:
                 self.say(f"  halted: {event.reason}")
 
 
-def _around(scene: Scene, layout: Layout, began: str) -> dict[str, Any]:
-    return {"scene": scene.name, "began": began, "layout": layout.facts()}
-
-
 def keep_scenes(store: Store, directories: Mapping[str, Path]) -> None:
     """Copies scenes into the store, as they were when they were laid out. Raises InputError."""
     for name, directory in directories.items():
@@ -154,8 +194,7 @@ def keep_scenes(store: Store, directories: Mapping[str, Path]) -> None:
             continue
         aside = place.with_name(name + ".partial")
         try:
-            with suppress(FileNotFoundError):
-                shutil.rmtree(aside)
+            shutil.rmtree(aside, ignore_errors=True)
             shutil.copytree(directory, aside)
             aside.rename(place)
         except OSError as error:

@@ -13,7 +13,6 @@ from torc.cli.planner_options import planners_of
 from torc.cli.printing import printable, split_names, tell
 from torc.cli.vlm_options import VlmOptions
 from torc.cli.web_page import PageOptions
-from torc_lab.cli.screen import page_screen
 
 if TYPE_CHECKING:
     from torc.benchmark.spec import BenchSpec
@@ -68,7 +67,7 @@ class LabBenchCommand:
         """Play; returns the exit code."""
         from torc import InputError
         from torc.benchmark.store import Store
-        from torc_lab.bench.planning import plan_lab_bench
+        from torc_lab.bench.playing import plan_lab_bench
         from torc_lab.lab_file import load_lab
         from torc_lab.scenes.scene import load_scene
 
@@ -93,6 +92,7 @@ class LabBenchCommand:
         from torc.benchmark.manifest import begin_call, end_call
         from torc_lab.bench.playing import LabBench, keep_scenes
         from torc_lab.person import Person
+        from torc_lab.scenes.laying_out import live_page
 
         scenes = {scene.problem: scene for scene in found.values()}
         store.extend(spec, {})
@@ -107,7 +107,7 @@ class LabBenchCommand:
         tell(f"{len(spec.trials)} trials, {len(store.left(spec))} to play. Ctrl-C stops the arm.")
         before = len(store.left(spec))
         try:
-            with page_screen(self.page, self.page_options) as screen:
+            with live_page(self.page, self.page_options) as board:
                 LabBench(
                     lab,
                     store,
@@ -116,7 +116,7 @@ class LabBenchCommand:
                     Person(),
                     self.confirm,
                     self.threshold,
-                    screen,
+                    board,
                     self.vlm.cache(),
                     lambda text: print(printable(text), flush=True),
                 ).play(self.limit)

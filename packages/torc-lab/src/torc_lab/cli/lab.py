@@ -110,8 +110,7 @@ class TwinCommand:
         """Run until Ctrl-C."""
         from torc import load_problem
         from torc_lab.lab_file import load_lab
-        from torc_lab.twin.faults import FAULTS, SCENE
-        from torc_lab.twin.rehearsal import rehearsal, write_lab
+        from torc_lab.twin.rehearsal import FAULTS, SCENE, rehearsal, write_lab
 
         problem = load_problem(self.problem)
         with rehearsal(load_lab(self.lab), problem) as there:
@@ -131,7 +130,7 @@ class TwinCommand:
 
 def _obey(there: Rehearsal, lines: Iterable[str]) -> None:
     """Does what is typed."""
-    from torc_lab.twin.faults import FAULTS, SCENE, recover
+    from torc_lab.twin.rehearsal import FAULTS, SCENE, recover
 
     words = {**FAULTS, **SCENE}
     for line in lines:
