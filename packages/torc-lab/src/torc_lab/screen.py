@@ -21,7 +21,10 @@ _IDLE_S, _AFTER_TROUBLE_S = 0.1, 1.0
 
 @contextmanager
 def picture_page(options: PageOptions, task: str = "") -> Iterator["CameraBoard"]:
-    """The board of a page that is served during the block. Raises MissingDependencyError, InputError."""
+    """The board of a page that is served during the block; `task` says what the page is for.
+
+    Raises MissingDependencyError, InputError.
+    """
     check_web_libraries()
     from torc.web.camera_page import CameraBoard, make_camera_app
 

@@ -173,35 +173,28 @@ class SupervisedArm:
             raise MotionRefusedError(f"The motion is not sent to {self.driver.name}: {'; '.join(faults)}.")
         return planned
 
-    def _awaited(self) -> ArmStatus:
-        """The latest status, of an arm that torc does not move: what came while this machine was busy computing may not
-        be read yet. Raises LabError if it stays old.
-        """
-        deadline = time.monotonic() + 2 * self.config.stale_s
-        while time.monotonic() < deadline:
-            status, age_s = self._aged()
-            if age_s <= self.config.stale_s:
+    def _fresh(self, patience_s: float = 0.0) -> ArmStatus:
+        """The latest status. Raises LabError if it stays old, and for one from the future: its age says nothing."""
+        config, deadline = self.config, time.monotonic() + patience_s
+        while True:
+            status = self.driver.status()
+            age_s = time.monotonic() - status.stamp_s
+            if not age_s >= -config.future_s:
+                raise LabError(
+                    f"{self.driver.name} stamps its states {-age_s:.1f} s in the future: a driver's stamp_s is by "
+                    "time.monotonic()."
+                )
+            if age_s <= config.stale_s:
                 return status
-            time.sleep(self.config.period_s)
-        return self._fresh()
+            if time.monotonic() >= deadline:
+                raise LabError(f"{self.driver.name} has said nothing for {age_s:.1f} s.")
+            time.sleep(config.period_s)
 
-    def _fresh(self) -> ArmStatus:
-        """The latest status. Raises LabError if it is old."""
-        status, age_s = self._aged()
-        if age_s > self.config.stale_s:
-            raise LabError(f"{self.driver.name} has said nothing for {age_s:.1f} s.")
-        return status
-
-    def _aged(self) -> tuple[ArmStatus, float]:
-        """The latest status and its age. Raises LabError for one from the future: its age says nothing."""
-        status = self.driver.status()
-        age_s = time.monotonic() - status.stamp_s
-        if not age_s >= -self.config.future_s:
-            raise LabError(
-                f"{self.driver.name} stamps its states {-age_s:.1f} s in the future: a driver's stamp_s is by "
-                "time.monotonic()."
-            )
-        return status, age_s
+    def _awaited(self) -> ArmStatus:
+        """The latest status of an arm that torc does not move: what came while this machine was busy computing may not
+        be read yet.
+        """
+        return self._fresh(2 * self.config.stale_s)
 
     def _settled(self, status: ArmStatus) -> ArmStatus:
         """A status at which the arm is as still as its controller wants it for a start. Raises MotionRefusedError."""

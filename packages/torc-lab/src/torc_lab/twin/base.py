@@ -5,6 +5,7 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from functools import partial
 from socketserver import BaseRequestHandler, ThreadingTCPServer
 from typing import Any, Protocol, Self
 
@@ -16,6 +17,7 @@ HALFWAY_RAD = 0.2
 """An arm with less than this before it may still arrive when it is told to stop: it lags behind what it was told."""
 PERIOD_S = 0.004
 """Between two set points of an arm."""
+_POLL_S = 0.05
 Serve = Callable[[socket.socket], None]
 """Speaks on a connection until it ends. An OSError, or a message cut off in the middle, ends it quietly."""
 
@@ -75,7 +77,7 @@ class TcpTwin:
             for server in self._servers:
                 server.server_close()
             raise
-        loops: list[Callable[[], None]] = [server.serve_forever for server in self._servers]
+        loops: list[Callable[[], None]] = [partial(server.serve_forever, _POLL_S) for server in self._servers]
         if step is not None:
             loops.append(lambda: self._repeat(step))
         self._threads = [threading.Thread(target=loop, daemon=True) for loop in loops]

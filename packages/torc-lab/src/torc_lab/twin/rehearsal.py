@@ -163,10 +163,11 @@ FAULTS: Mapping[str, tuple[str, Callable[[Rehearsal], bool | None]]] = MappingPr
     }
 )
 """Name -> what happens, and what makes it happen, which returns False if it cannot now."""
-SCENE: Mapping[str, tuple[str, Callable[[Rehearsal], object]]] = MappingProxyType(
+ACTIONS: Mapping[str, tuple[str, Callable[[Rehearsal], object]]] = MappingProxyType(
     {
+        "recover": ("all is well again, but for connections that were cut", recover),
         "reset": ("somebody lays the scene out again", lambda there: there.world.reset()),
         "disturb": ("somebody pushes an object aside by 3 cm", lambda there: there.world.disturb()),
     }
 )
-"""What a person does on the table: name -> what, and what does it."""
+"""What a person does: name -> what, and what does it."""

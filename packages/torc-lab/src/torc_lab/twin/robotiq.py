@@ -21,6 +21,7 @@ _STARTS_S = 5.0
 _SILENCE_S, _SILENCE = 1.0, 0x09
 """The first answer after so much silence carries this fault (manual, chapter "Control", gFLT)."""
 _MUST_ACTIVATE = 0x07
+_ACTIVATION_S = 0.1
 
 
 class RobotiqTwin:
@@ -29,12 +30,10 @@ class RobotiqTwin:
     Attributes:
         fault: what it reports, e.g. 0x0E; 0 for none.
         written: all values that were written to its registers.
-        activation_s: how long activation takes.
     """
 
-    def __init__(self, fingers: Fingers, activation_s: float = 0.1) -> None:
-        self.fingers, self.activation_s = fingers, activation_s
-        self.fault = 0
+    def __init__(self, fingers: Fingers) -> None:
+        self.fingers, self.fault = fingers, 0
         self.written: list[list[int]] = []
         self._heard_s = time.monotonic()
         self._command = [0, 0, 0]
@@ -71,7 +70,7 @@ class RobotiqTwin:
             return [flags << 8, fault << 8 | self._command[1] & 0xFF, position << 8]
 
     def _ready(self) -> bool:
-        return self._activated_at is not None and time.monotonic() - self._activated_at >= self.activation_s
+        return self._activated_at is not None and time.monotonic() - self._activated_at >= _ACTIVATION_S
 
 
 class ModbusTwin:

@@ -19,19 +19,6 @@ from torc_lab.twin.base import ArmBehind, TcpTwin
 _RTDE_PORT, _SCRIPT_PORT, _DASHBOARD_PORT = 30004, 30003, 29999
 """Fixed in ur_rtde: several twins differ by their loopback address."""
 _CODES = {"DOUBLE": "d", "INT32": "i", "UINT32": "I", "VECTOR6D": "6d"}
-_OUTPUTS = {
-    "timestamp": "DOUBLE",
-    "actual_q": "VECTOR6D",
-    "actual_qd": "VECTOR6D",
-    "actual_TCP_force": "VECTOR6D",
-    "robot_mode": "INT32",
-    "safety_mode": "INT32",
-    "runtime_state": "UINT32",
-    "robot_status_bits": "UINT32",
-    "safety_status_bits": "UINT32",
-    "speed_scaling": "DOUBLE",
-    "target_speed_fraction": "DOUBLE",
-}
 _SLOW_RAD_S = 0.05
 """An arm that is slower may have arrived."""
 _SERVO_J, _SERVO_STOP, _STOP_J, _STOP_SCRIPT = 11, 16, 34, 255
@@ -144,49 +131,62 @@ class UrTwin(TcpTwin):
                         self._say(connection, "v", struct.pack(">4I", 5, 11, 0, 0))
                     case "O":
                         outputs = [n for n in body[8:].decode().split(",") if n]
-                        self._say(connection, "O", b"\x01" + _types_of(outputs))
+                        self._say(connection, "O", b"\x01" + self._types(outputs))
                     case "I":
                         recipes[len(recipes) + 1] = names = [n for n in body.decode().split(",") if n]
-                        self._say(connection, "I", bytes([len(recipes)]) + _types_of(names))
+                        self._say(connection, "I", bytes([len(recipes)]) + self._types(names))
                     case "U":
                         known = recipes.get(body[0])
                         if known is None:  # of a connection from before, which ur_rtde made again
                             return
-                        values = struct.unpack(">" + "".join(map(_code_of, known)), body[1:])
+                        values = struct.unpack(self._layout(known), body[1:])
                         self._take(dict(zip(known, values, strict=True)))
 
     def _publish(self, connection: socket.socket, names: Sequence[str]) -> None:
         """Tells the outputs as long as the connection lasts."""
+        layout = self._layout(names)
         with suppress(OSError):
             while self._running:
                 if not self.silent:
-                    state, data = self._outputs(), b"\x01"
-                    for name in names:
-                        data += struct.pack(">" + _code_of(name), *np.atleast_1d(state.get(name, 0)).tolist())
-                    self._say(connection, "U", data)
+                    told = self._outputs()
+                    values = [v for n in names for v in np.ravel(told.get(n, ("", 0))[1]).tolist()]
+                    self._say(connection, "U", b"\x01" + struct.pack(layout, *values))
                 time.sleep(_TELLS_S)
 
     def _say(self, connection: socket.socket, kind: str, body: bytes) -> None:
         connection.sendall(struct.pack(">HB", 3 + len(body), ord(kind)) + body)
 
-    def _outputs(self) -> Mapping[str, Any]:
+    def _outputs(self) -> Mapping[str, tuple[str, Any]]:
+        """Type and value of every RTDE variable that is told."""
         with self._lock:
             safety, mode = self.state["safety_mode"], self.state["robot_mode"]
             x, y, z = self.force_n
             return {
-                "timestamp": time.monotonic(),
-                "actual_q": self.arm.qpos,
-                "actual_qd": self._speed,
-                "actual_TCP_force": [x, y, z + self.arm.contact_n, 0.0, 0.0, 0.0],
-                "robot_mode": mode,
-                "safety_mode": safety,
-                "runtime_state": _PLAYING if self._program else _STOPPED,
-                "robot_status_bits": (mode == _RUNNING) | self._program << 1,
-                "safety_status_bits": _SAFETY_BITS.get(safety, 0),
-                "speed_scaling": 1.0,
-                "target_speed_fraction": self.state["slider"],
-                "output_int_register_0": self._told,
+                "timestamp": ("DOUBLE", time.monotonic()),
+                "actual_q": ("VECTOR6D", self.arm.qpos),
+                "actual_qd": ("VECTOR6D", self._speed),
+                "actual_TCP_force": ("VECTOR6D", [x, y, z + self.arm.contact_n, 0.0, 0.0, 0.0]),
+                "robot_mode": ("INT32", mode),
+                "safety_mode": ("INT32", safety),
+                "runtime_state": ("UINT32", _PLAYING if self._program else _STOPPED),
+                "robot_status_bits": ("UINT32", (mode == _RUNNING) | self._program << 1),
+                "safety_status_bits": ("UINT32", _SAFETY_BITS.get(safety, 0)),
+                "speed_scaling": ("DOUBLE", 1.0),
+                "target_speed_fraction": ("DOUBLE", self.state["slider"]),
+                "output_int_register_0": ("INT32", self._told),
             }
+
+    def _type_of(self, name: str) -> str:
+        """The type of an RTDE variable; "NOT_FOUND" for one that this twin does not have."""
+        registers = {"_int_register_": "INT32", "_double_register_": "DOUBLE"}
+        other = self._outputs().get(name, ("NOT_FOUND", 0))[0]
+        return next((kind for part, kind in registers.items() if part in name), other)
+
+    def _types(self, names: Sequence[str]) -> bytes:
+        return ",".join(map(self._type_of, names)).encode()
+
+    def _layout(self, names: Sequence[str]) -> str:
+        return ">" + "".join(_CODES[self._type_of(name)] for name in names)
 
     def _take(self, inputs: Mapping[str, Any]) -> None:
         with self._lock:
@@ -228,17 +228,3 @@ class UrTwin(TcpTwin):
             now, here = time.monotonic(), self.arm.qpos.copy()
             self._speed = (here - self._before) / max(now - self._since, 1e-6)
             self._before, self._since = here, now
-
-
-def _types_of(names: Sequence[str]) -> bytes:
-    """The types of RTDE variables, as the wire has them; NOT_FOUND for what this twin does not have."""
-    return ",".join(map(_type_of, names)).encode()
-
-
-def _type_of(name: str) -> str:
-    registers = {"_int_register_": "INT32", "_double_register_": "DOUBLE"}
-    return next((t for part, t in registers.items() if part in name), _OUTPUTS.get(name, "NOT_FOUND"))
-
-
-def _code_of(name: str) -> str:
-    return _CODES[_type_of(name)]
