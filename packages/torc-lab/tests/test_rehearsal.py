@@ -173,7 +173,7 @@ def test_somebody_resumes_after_an_e_stop_and_the_episode_goes_on_unscored(
 
 
 @pytest.mark.long
-def test_a_motion_that_is_not_confirmed_is_not_sent(rehearsed, tmp_path):
+def test_a_motion_that_is_not_confirmed_is_not_sent(rehearsed, patient, tmp_path):
     asked = []
 
     def no(question):

@@ -61,7 +61,7 @@ def test_what_is_disturbed_falls_below_the_threshold_alone_and_laid_out_again_is
         assert not found.fits(THRESHOLD)
         assert " cm too " in facts[f"object {low[0]}"]
         sent = len(there.arm.heard)
-        screen, said = Shown(), []
+        screen = Shown()
 
         def person_lays_out():
             time.sleep(1.0)  # beside the screen
@@ -71,18 +71,18 @@ def test_what_is_disturbed_falls_below_the_threshold_alone_and_laid_out_again_is
             return ""
 
         operator = ScriptedOperator({"Lay out": person_lays_out})
-        layout = lay_out(lab, scene, operator.person, THRESHOLD, screen, said.append)
+        layout = lay_out(lab, scene, operator.person, THRESHOLD, screen)
         assert (layout.by, layout.measured) == ("overlap", 2)
         assert layout.facts()["overlap"].keys() == {str(k) for k in scene.ids}
         assert layout.facts()["faults"] == []
-        assert any(f"object {low[0]} overlaps by" in line for line in said)
+        assert any(f"object {low[0]} overlaps by" in line for line in operator.said)
         assert len(there.arm.heard) == sent
         assert {facts["scene"] == "laid out" for _, facts in screen.pictures} == {True, False}
         there.world.disturb()
-        by_word = lay_out(lab, scene, ScriptedOperator({"Lay out": "accept"}).person, say=said.append)
+        by_word = lay_out(lab, scene, ScriptedOperator({"Lay out": "accept"}).person)
         assert by_word.by == "word"
         assert len(by_word.facts()["faults"]) == 1
-        assert lay_out(lab, scene, ScriptedOperator({"Lay out": "stop"}).person, say=said.append) is None
+        assert lay_out(lab, scene, ScriptedOperator({"Lay out": "stop"}).person) is None
 
 
 @pytest.mark.long

@@ -6,6 +6,7 @@ from typing import Literal
 
 import numpy as np
 
+from torc.cli.printing import printable
 from torc.episode.events import Event, Planned
 from torc.records import Trajectory
 from torc_lab.devices import is_at_rest_pose
@@ -63,6 +64,11 @@ def ask_text_in_terminal(question: str) -> str:
         raise LabError(f"Nobody answers: {question}") from None
 
 
+def say_in_terminal(text: str) -> None:
+    """Prints text; names of strangers' files in it cannot move the cursor."""
+    print(printable(text), flush=True)
+
+
 @dataclass(frozen=True)
 class Person:
     """Who lays scenes out, stands by, and tells what sensors cannot.
@@ -70,10 +76,12 @@ class Person:
     Attributes:
         ask: yes or no.
         ask_text: a line of text.
+        say: tells something.
     """
 
     ask: Ask = ask_in_terminal
     ask_text: AskText = ask_text_in_terminal
+    say: Callable[[str], None] = say_in_terminal
 
 
 def await_rest_pose(lab: Lab, qpos: Callable[[], np.ndarray], ask: Ask) -> None:

@@ -1,6 +1,6 @@
 """Planning for a real arm: plans that keep to its limits, carefully where it feels no contact, and where they lead."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -43,27 +43,24 @@ class LimitedMotionPlanner:
         plan = self.inner.plan_pick(request, rng)
         if isinstance(plan, PlanFailure):
             return plan
-        for stage, motion in zip(_STAGES, plan.motions, strict=True):
-            slow = stretched(motion, stretch_for(motion, self.limits, self.robot))
-            if faults := motion_faults(slow, motion.qpos[0], 0.0, self.limits, self.robot):
-                return PlanFailure(stage, f"it leaves the lab's limits: {faults[0]}", plan.grasps_tried)
-        if faults := self._held_faults(request, plan):
-            return PlanFailure(
-                PlanStage.TRANSFER, f"it leaves the lab's limits: {faults[0]}", plan.grasps_tried
-            )
+        for stage, fault in self._faults(request, plan):
+            return PlanFailure(stage, f"it leaves the lab's limits: {fault}", plan.grasps_tried)
         return plan
 
-    def _held_faults(self, request: PickRequest, plan: PickPlan) -> list[str]:
-        """Where the object in the hand leaves the workspace, by its visible points."""
+    def _faults(self, request: PickRequest, plan: PickPlan) -> Iterator[tuple[PlanStage, str]]:
+        """Where the arm leaves its limits, or the object in the hand the workspace, by its visible points."""
+        for stage, motion in zip(_STAGES, plan.motions, strict=True):
+            slow = stretched(motion, stretch_for(motion, self.limits, self.robot))
+            for fault in motion_faults(slow, motion.qpos[0], 0.0, self.limits, self.robot):
+                yield stage, fault
         points = request.scene.object(plan.object_id).points
         in_tcp = transform_points(invert(plan.T_world_tcp), points.astype(float))
         T_tool0_tcp = self.robot.gripper.T_tool0_tcp(plan.width_m)
         for motion in (plan.lift, plan.transfer):
             tcp = tool0_poses(self.robot.arm, motion.qpos) @ T_tool0_tcp
             places = np.einsum("nij,kj->nki", tcp[:, :3, :3], in_tcp) + tcp[:, None, :3, 3]
-            if faults := outside_box(places, motion.times_s, self.limits, "the object in the hand"):
-                return faults
-        return []
+            for fault in outside_box(places, motion.times_s, self.limits, "the object in the hand"):
+                yield PlanStage.TRANSFER, fault
 
     def warm_up(self, request: PickRequest) -> None:
         """The other's."""

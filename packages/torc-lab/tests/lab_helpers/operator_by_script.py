@@ -1,4 +1,4 @@
-"""A person beside the robot, by a script: for rehearsals without anybody."""
+"""A person beside the robot, by a script."""
 
 from collections.abc import Callable, Mapping
 
@@ -9,37 +9,38 @@ Reply = bool | str
 
 
 class ScriptedOperator:
-    """Answers questions by a part of their text. Attributes: `questions`, all that were asked so far."""
+    """Answers questions by a part of their text.
+
+    Attributes:
+        questions: all that were asked so far.
+        said: all that was told.
+    """
 
     def __init__(self, replies: Mapping[str, Reply | Callable[[], Reply]]) -> None:
         """replies: by a part of the question, the first that is in it; a function is called: it may lay a scene out."""
         self._replies = dict(replies)
         self.questions: list[str] = []
+        self.said: list[str] = []
 
     @property
     def person(self) -> Person:
         """As the lab's functions take it."""
-        return Person(self._yes, self._line)
+        return Person(self._yes, self._line, self.said.append)
 
     def asked(self, part: str) -> int:
         """How many questions had this in them."""
         return sum(part in question for question in self.questions)
 
     def _yes(self, question: str) -> bool:
-        answer = self._reply(question)
-        if not isinstance(answer, bool):
-            raise ValueError(f"The script answers {answer!r} to a question of yes or no: {question}")
-        return answer
+        return self._reply(question, bool)
 
     def _line(self, question: str) -> str:
-        answer = self._reply(question)
-        if not isinstance(answer, str):
-            raise ValueError(f"The script answers {answer!r} where a line is asked for: {question}")
-        return answer
+        return self._reply(question, str)
 
-    def _reply(self, question: str) -> Reply:
+    def _reply(self, question: str, kind: type) -> Reply:
         self.questions.append(question)
-        for part, reply in self._replies.items():
-            if part in question:
-                return reply() if callable(reply) else reply
-        raise ValueError(f"The script has no answer to: {question}")
+        reply = next((r for part, r in self._replies.items() if part in question), None)
+        answer = reply() if callable(reply) else reply
+        if not isinstance(answer, kind):
+            raise ValueError(f"The script answers {answer!r} to: {question}")
+        return answer

@@ -5,7 +5,7 @@ judges.
 import json
 import shutil
 import zlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -76,7 +76,7 @@ class LabBench:
         scenes: by the name that stands for the problem's.
         confirm: before which motions the person is asked.
         board: where the live picture is shown, if anywhere.
-        say: told a line of text. It does not tell which planner plays: who judges should not know.
+        person: is not told which planner plays: who judges should not know.
     """
 
     lab: Lab
@@ -88,7 +88,6 @@ class LabBench:
     threshold: float = THRESHOLD
     board: "CameraBoard | None" = None
     vlm_cache: CacheConfig | None = None
-    say: Callable[[str], None] = print
 
     def play(self, limit: int | None = None) -> int:
         """Plays what is missing, at most `limit` trials; how many were completed. A trial that was interrupted, or in
@@ -103,14 +102,14 @@ class LabBench:
         while (left := self.store.left(self.spec)) and (limit is None or done < limit):
             trial = left[0]
             place = f"{self.spec.trials.index(trial) + 1} of {len(self.spec.trials)}"
-            self.say(f"\nTrial {place}: scene {self._scene(trial).name}.")
+            self.person.say(f"\nTrial {place}: scene {self._scene(trial).name}.")
             try:
                 status = self._play_one(trial)
             except TorcError as error:
                 if self._is_unjudged(trial):
                     raise
                 status = "errored"
-                self.say(f"It did not begin: {error}")
+                self.person.say(f"It did not begin: {error}")
             if status is None:
                 break
             done += status == "completed"
@@ -121,7 +120,7 @@ class LabBench:
     def _play_one(self, trial: PlannedTrial) -> str | None:
         """How it ended; None if the person stops before it began."""
         scene, person = self._scene(trial), self.person
-        layout = lay_out(self.lab, scene, person, self.threshold, self.board, self.say)
+        layout = lay_out(self.lab, scene, person, self.threshold, self.board)
         if layout is None or not person.ask("Step back, the e-stop in your hand. The robot begins. Go?"):
             return None
         work = self.store.work(trial)
@@ -135,7 +134,7 @@ class LabBench:
             Operation(self.confirm, person.ask),
             listeners=[self._tell],
             vlm_cache=self.vlm_cache,
-            say=self.say,
+            say=self.person.say,
         )
         if played.directory != work / TRIAL:
             raise KeyboardInterrupt  # it was taken for the end of the trial, but was meant for all
@@ -146,7 +145,7 @@ class LabBench:
         self.store.accept(trial, work, None)
         if completed:
             return self._judge(trial)
-        self.say(f"{result['status']}: {result.get('error') or '; '.join(result.get('halts', ()))}")
+        self.person.say(f"{result['status']}: {result.get('error') or '; '.join(result.get('halts', ()))}")
         return str(result["status"])
 
     def _ask_for_verdicts(self) -> None:
@@ -158,7 +157,7 @@ class LabBench:
             if self.person.ask(f"A trial was played ({what}), but not judged. Do you know what came of it?"):
                 self._judge(trial)
             else:
-                self.say("Then it is played again.")
+                self.person.say("Then it is played again.")
 
     def _is_unjudged(self, trial: PlannedTrial) -> bool:
         result = self.store.result(trial)
@@ -167,7 +166,7 @@ class LabBench:
     def _judge(self, trial: PlannedTrial) -> str:
         path = self.store.directory(trial) / "result.json"
         result: dict[str, Any] = json.loads(read_text(path))
-        verdict = ask_verdict(self.person, self._scene(trial), max(1, int(result["picks"])), self.say)
+        verdict = ask_verdict(self.person, self._scene(trial), max(1, int(result["picks"])))
         write_json(path, judged(result, verdict))
         return "completed"
 
@@ -178,12 +177,14 @@ class LabBench:
         """Tells what happens, but neither who plays nor why."""
         match event:
             case Looked():
-                self.say(f"Pick {event.pick + 1}: {len(event.look.context.scene.objects)} objects in sight.")
+                self.person.say(
+                    f"Pick {event.pick + 1}: {len(event.look.context.scene.objects)} objects in sight."
+                )
             case Executed():
                 detail = f": {event.outcome.detail}" if event.outcome.detail else ""
-                self.say(f"  {event.outcome.result.value}{detail}")
+                self.person.say(f"  {event.outcome.result.value}{detail}")
             case Halted():
-                self.say(f"  halted: {event.reason}")
+                self.person.say(f"  halted: {event.reason}")
 
 
 def keep_scenes(store: Store, directories: Mapping[str, Path]) -> None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import tyro
 
 from torc.cli.planner_options import planners_of
-from torc.cli.printing import printable, split_names, tell
+from torc.cli.printing import split_names, tell
 from torc.cli.vlm_options import VlmOptions
 from torc.cli.web_page import PageOptions
 
@@ -97,29 +97,16 @@ class LabBenchCommand:
         scenes = {scene.problem: scene for scene in found.values()}
         store.extend(spec, {})
         keep_scenes(store, {scene.name: directory for directory, scene in found.items()})
-        facts = {
-            "lab": lab.name,
-            "robot": lab.robot.name,
-            "speed": lab.safety.speed,
-            "threshold": self.threshold,
-        }
-        begin_call(store.root, **facts, confirm=self.confirm, order_seed=self.order_seed)
-        tell(f"{len(spec.trials)} trials, {len(store.left(spec))} to play. Ctrl-C stops the arm.")
+        facts = {"lab": lab.name, "robot": lab.robot.name, "speed": lab.safety.speed}
+        own = {"threshold": self.threshold, "confirm": self.confirm, "order_seed": self.order_seed}
+        begin_call(store.root, **facts, **own)
         before = len(store.left(spec))
+        tell(f"{len(spec.trials)} trials, {before} to play. Ctrl-C stops the arm.")
         try:
             with live_page(self.page, self.page_options) as board:
-                LabBench(
-                    lab,
-                    store,
-                    spec,
-                    scenes,
-                    Person(),
-                    self.confirm,
-                    self.threshold,
-                    board,
-                    self.vlm.cache(),
-                    lambda text: print(printable(text), flush=True),
-                ).play(self.limit)
+                cache, person = self.vlm.cache(), Person()
+                bench = LabBench(lab, store, spec, scenes, person, self.confirm, self.threshold, board, cache)
+                bench.play(self.limit)
         except KeyboardInterrupt:
             tell("Stopped. The same command goes on from here.")
             raise

@@ -6,7 +6,6 @@ from typing import Annotated
 
 import tyro
 
-from torc.cli.printing import printable
 from torc.cli.wanted import wanted_of
 from torc.cli.web_page import PageOptions
 
@@ -62,7 +61,7 @@ class SceneCommand:
 
     def _store(self) -> int:
         from torc_lab.lab_file import load_lab
-        from torc_lab.person import Person
+        from torc_lab.person import Person, say_in_terminal
         from torc_lab.scenes.laying_out import check_rest_pose, open_eyes
         from torc_lab.scenes.overlap import measure_overlap
         from torc_lab.scenes.scene import SEEN, check_scene_place, record_scene, save_scene
@@ -72,13 +71,15 @@ class SceneCommand:
         lab = load_lab(self.lab)
         check_rest_pose(lab, Person())
         with open_eyes(lab) as eyes:
-            scene, found = record_scene(self.scene.name, lab, wanted, eyes, say=self._say)
+            scene, found = record_scene(self.scene.name, lab, wanted, eyes)
             again = measure_overlap(scene.reference, eyes.look(), lab.workspace.grid)
         save_scene(scene, self.scene, self.overwrite, found)
         sight = "in sight" if scene.target_in_sight else "not in sight"
-        self._say(f"{len(scene.ids)} objects; the target is {sight}. {self.scene / SEEN} has their numbers.")
+        say_in_terminal(
+            f"{len(scene.ids)} objects; the target is {sight}. {self.scene / SEEN} has their numbers."
+        )
         for fault in again.faults(self.threshold):
-            self._say(
+            say_in_terminal(
                 f"Nothing moved, and yet: {fault}. Such an object cannot be judged at {self.threshold:g}."
             )
         return 0
@@ -91,8 +92,5 @@ class SceneCommand:
 
         lab, scene = load_lab(self.lab), load_scene(self.scene)
         with live_page(self.page, self.page_options) as board:
-            layout = lay_out(lab, scene, Person(), self.threshold, board, self._say)
+            layout = lay_out(lab, scene, Person(), self.threshold, board)
         return 1 if layout is None else 0
-
-    def _say(self, text: str) -> None:
-        print(printable(text), flush=True)

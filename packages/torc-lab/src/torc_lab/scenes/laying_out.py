@@ -2,7 +2,7 @@
 
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
@@ -141,7 +141,6 @@ def lay_out(
     person: Person,
     threshold: float = THRESHOLD,
     board: "CameraBoard | None" = None,
-    say: Callable[[str], None] = print,
 ) -> Layout | None:
     """Guides the person until every object overlaps by the threshold, or the person's word; None if the person stops.
 
@@ -159,11 +158,11 @@ def lay_out(
             if answer == _STOP:
                 return None
             if answer not in ("", _ACCEPT):
-                say(f"'{answer}' is none of Enter, {_ACCEPT} and {_STOP}.")
+                person.say(f"'{answer}' is none of Enter, {_ACCEPT} and {_STOP}.")
                 continue
             (found, facts), measured = view.measure(), measured + 1
             for name, fact in facts.items():
-                say(f"  {name}: {fact}")
+                person.say(f"  {name}: {fact}")
             if found.fits(threshold) or answer == _ACCEPT:
                 by: Literal["overlap", "word"] = "overlap" if found.fits(threshold) else "word"
                 return Layout(by, found, threshold, measured, time.monotonic() - began)

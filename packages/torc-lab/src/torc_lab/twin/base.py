@@ -61,6 +61,9 @@ class _Server(ThreadingTCPServer):
         with suppress(OSError, ValueError):
             self._serve(request)
 
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        raise  # of its thread, as anywhere else
+
 
 class TcpTwin:
     """A TCP server per port with a thread per connection, in a `with`, and a step that is repeated meanwhile."""

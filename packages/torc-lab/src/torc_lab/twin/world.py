@@ -25,7 +25,6 @@ from torc_lab.robotiq.registers import Object
 
 _MOST_BEHIND_S = 0.25
 """What the world could not keep up with is let go: after a picture, say."""
-_EMPTY_M = 0.0015
 _CALM_M_S, _BELOW_M = 0.05, 0.05
 _STILL_M_S, _STILL_S = 0.003, 0.08
 _ARRIVED_COUNTS = 3
@@ -224,7 +223,8 @@ class LiveWorld:
 
     def _feel_fingers(self, fingers: tuple[int, int]) -> None:
         """Writes down where they are, once per step."""
-        width, now_s = self._gripper.width_m, self._world.time_s
+        state, now_s = self._gripper.state, self._world.time_s
+        width = state.width_m
         if abs(width - self._width) > _STILL_M_S * self._stepper.period_s:
             self._rest_since = now_s
         self._width = width
@@ -237,12 +237,10 @@ class LiveWorld:
                 self._found = count, Object.MOVING
                 return
             wanted = min(fingers[0], self._scale.closed_count)
-            empty = fingers[0] >= self._scale.closed_count and width < _EMPTY_M
-            if empty or abs(count - wanted) <= _ARRIVED_COUNTS:
-                self._found = count, Object.AT_POSITION
-            else:
-                closing = count < wanted
-                self._found = count, Object.STOPPED_CLOSING if closing else Object.STOPPED_OPENING
+            found = Object.STOPPED_CLOSING if count < wanted else Object.STOPPED_OPENING
+            empty = self._gripper.closed and not state.holding
+            arrived = empty or abs(count - wanted) <= _ARRIVED_COUNTS
+            self._found = count, Object.AT_POSITION if arrived else found
 
     def _cleared(self) -> Truth:
         """Takes away what has come to rest in the bin, or below the table."""
