@@ -69,11 +69,7 @@ class LiveWorld:
 
     def __enter__(self) -> Self:
         """Raises InputError for a problem that cannot be built."""
-        try:
-            self._ask(self._begin, _STARTS_S)
-        except BaseException:
-            self._thread.shutdown(wait=False)
-            raise
+        self._ask(self._begin, _STARTS_S)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -205,21 +201,17 @@ class LiveWorld:
             self._arm.command(self._goal)
         with self._lock:
             fingers = self._fingers
-        if fingers is not None:
-            self._command_fingers(*fingers)
+        if fingers is not None and fingers[0] >= self._scale.closed_count:
+            low, high = FORCE_N
+            self._gripper.begin_closing(low + fingers[1] / 255 * (high - low))
+        elif fingers is not None:
+            self._gripper.begin_opening(self._scale.width_m(fingers[0]))
         self._stepper.step()
         self._qpos = self._arm.qpos
         if self._felt:
             self._contact_n = self._arm.contact_n
         if fingers is not None:
             self._feel_fingers(fingers)
-
-    def _command_fingers(self, position: int, force: int) -> None:
-        if position >= self._scale.closed_count:
-            low, high = FORCE_N
-            self._gripper.begin_closing(low + force / 255 * (high - low))
-        else:
-            self._gripper.begin_opening(self._scale.width_m(position))
 
     def _feel_fingers(self, fingers: tuple[int, int]) -> None:
         """Writes down where they are, once per step."""
