@@ -172,7 +172,7 @@ def test_an_arm_that_somebody_else_moves_on_is_not_said_to_rest(robot):
             assert watched.halted
             other.stop()
             deadline = time.monotonic() + 5
-            while twin.moving and time.monotonic() < deadline:
+            while twin._goal is not None and time.monotonic() < deadline:
                 time.sleep(0.02)
             watched.resume()
             timer.join()

@@ -9,7 +9,7 @@ from torc.episode.log import line_of
 from torc.pipeline.building import build_system
 from torc.robots.execution import ExecutionConfig
 from torc.specs.conditions import Conditions
-from torc_lab.guarding import WITHOUT_GUARD, guarded
+from torc_lab.planning import WITHOUT_GUARD, guarded
 
 FEELS, NUMB = ExecutionConfig(), ExecutionConfig(free_guard=None, approach_guard=None)
 

@@ -41,6 +41,14 @@ def test_settings_of_the_camera_and_the_stages_become_conditions(lab_of, tmp_pat
     }
 
 
+def test_recorded_frames_beside_the_file_can_be_its_camera(lab_of, tmp_path):
+    (tmp_path / "frames").mkdir()
+    a, b = TEXT.index("camera:"), TEXT.index("pipeline:")
+    lab = lab_of(f"{TEXT[:a]}camera:\n  driver: recorded\n  path: frames\n{TEXT[b:]}")
+    assert lab.conditions.camera == "recorded"
+    assert lab.conditions.settings["camera.path"] == str(tmp_path / "frames")
+
+
 def test_the_usual_box_holds_table_bin_and_the_arm_at_rest(lab_of):
     lab = lab_of(TEXT)
     low, high = lab.safety.box_lower, lab.safety.box_upper

@@ -1,6 +1,7 @@
 """`torc retrieve` over real wires: the simulator behind them, and what goes wrong in laboratories."""
 
 import json
+import re
 import threading
 import time
 
@@ -18,7 +19,7 @@ from torc.specs.trial import PlannerSpec
 from torc_lab.checking import check_lab
 from torc_lab.lab_file import example_labs
 from torc_lab.retrieval import Operation, lab_spec, retrieve
-from torc_lab.twin.faults import FAULTS, recover
+from torc_lab.twin.rehearsal import FAULTS, recover
 
 pytest.importorskip("websockets", reason="websockets is not installed")
 pytest.importorskip("pymodbus", reason="pymodbus is not installed")
@@ -73,8 +74,13 @@ def test_a_dry_run_moves_nothing(rehearsed, patient, tmp_path):
 def test_checking_finds_what_is_wrong_and_moves_only_if_asked(rehearsed):
     with rehearsed() as (there, lab):
         sent = len(there.arm.heard)
-        assert all(f.good for f in check_lab(lab))
+        still = list(check_lab(lab))
+        assert all(f.good for f in still)
         assert len(there.arm.heard) == sent
+        arm, texts = lab.robot.arm, " ".join(f.text for f in still)
+        for name, lower, upper in zip(arm.joint_names, arm.lower, arm.upper, strict=True):
+            assert re.search(rf"{name} -?\d\.\d+ \({lower:.3f} to {upper:.3f}\)", texts)
+        assert "max_width_m is 0.085" in texts
         moved = list(check_lab(lab, lambda question: True))
         assert all(f.good for f in moved)
         assert sum("turned as commanded, and back" in f.text for f in moved) == 7
@@ -167,7 +173,7 @@ def test_somebody_resumes_after_an_e_stop_and_the_episode_goes_on_unscored(
 
 
 @pytest.mark.long
-def test_a_motion_that_is_not_confirmed_is_not_sent(rehearsed, tmp_path):
+def test_a_motion_that_is_not_confirmed_is_not_sent(rehearsed, patient, tmp_path):
     asked = []
 
     def no(question):

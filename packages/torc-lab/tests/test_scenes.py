@@ -5,6 +5,7 @@ import time
 import numpy as np
 import pytest
 
+from lab_helpers.operator_by_script import ScriptedOperator
 from torc.errors import InputError
 from torc.objects.library import load_object
 from torc.perception.protocol import Wanted
@@ -13,7 +14,6 @@ from torc.sim.portraits import turn_table
 from torc_lab.scenes.laying_out import THRESHOLD, View, lay_out, open_eyes
 from torc_lab.scenes.overlay import overlay
 from torc_lab.scenes.scene import FACTS, REFERENCE, load_scene, record_scene, save_scene
-from torc_lab.testing.operator import ScriptedOperator
 
 pytest.importorskip("websockets", reason="websockets is not installed")
 pytest.importorskip("pymodbus", reason="pymodbus is not installed")
@@ -61,7 +61,7 @@ def test_what_is_disturbed_falls_below_the_threshold_alone_and_laid_out_again_is
         assert not found.fits(THRESHOLD)
         assert " cm too " in facts[f"object {low[0]}"]
         sent = len(there.arm.heard)
-        screen, said = Shown(), []
+        screen = Shown()
 
         def person_lays_out():
             time.sleep(1.0)  # beside the screen
@@ -71,18 +71,18 @@ def test_what_is_disturbed_falls_below_the_threshold_alone_and_laid_out_again_is
             return ""
 
         operator = ScriptedOperator({"Lay out": person_lays_out})
-        layout = lay_out(lab, scene, operator.person, THRESHOLD, screen, said.append)
+        layout = lay_out(lab, scene, operator.person, THRESHOLD, screen)
         assert (layout.by, layout.measured) == ("overlap", 2)
         assert layout.facts()["overlap"].keys() == {str(k) for k in scene.ids}
         assert layout.facts()["faults"] == []
-        assert any(f"object {low[0]} overlaps by" in line for line in said)
+        assert any(f"object {low[0]} overlaps by" in line for line in operator.said)
         assert len(there.arm.heard) == sent
         assert {facts["scene"] == "laid out" for _, facts in screen.pictures} == {True, False}
         there.world.disturb()
-        by_word = lay_out(lab, scene, ScriptedOperator({"Lay out": "accept"}).person, say=said.append)
+        by_word = lay_out(lab, scene, ScriptedOperator({"Lay out": "accept"}).person)
         assert by_word.by == "word"
         assert len(by_word.facts()["faults"]) == 1
-        assert lay_out(lab, scene, ScriptedOperator({"Lay out": "stop"}).person, say=said.append) is None
+        assert lay_out(lab, scene, ScriptedOperator({"Lay out": "stop"}).person) is None
 
 
 @pytest.mark.long

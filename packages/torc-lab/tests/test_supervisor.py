@@ -12,7 +12,7 @@ from fake_arm import FakeArmDriver
 from torc.interrupts import ended_like_ctrl_c
 from torc.records import Trajectory
 from torc.robots.protocols import Arm, ContactGuard
-from torc_lab.checks import limits_of
+from torc_lab.checks import limits_of, turning
 from torc_lab.protocols import ArmDriver, LabError, MotionRefusedError, RobotStoppedError
 from torc_lab.supervisor import SupervisedArm, SupervisorConfig, off_path_rad
 
@@ -25,12 +25,7 @@ PATIENT = SupervisorConfig(period_s=0.005, stale_s=1.5, lag_s=1.5)
 
 def motion(start, joint=0, by=0.1, duration_s=0.3, n=31):
     """One joint moves from rest to rest."""
-    t = np.linspace(0, duration_s, n)
-    s = t / duration_s
-    path, rates = np.tile(start, (n, 1)), np.zeros((n, len(start)))
-    path[:, joint] += by * (3 * s**2 - 2 * s**3)
-    rates[:, joint] = by * 6 * s * (1 - s) / duration_s
-    return Trajectory(t, path, rates)
+    return turning(start, by, joint, duration_s, n)
 
 
 def supervised(driver, robot, scale=1.0, **options):
@@ -67,9 +62,6 @@ def test_speeds_are_kept_by_stretching(make, robot):
     assert sent.duration_s > planned.duration_s
     assert (np.abs(sent.qvel) <= 0.2 * robot.arm.max_speed * (1 + 1e-6)).all()
     np.testing.assert_allclose(sent.qpos, planned.qpos)
-    slow, driver = make(slowdown=2.0)
-    slow.follow(planned)
-    assert driver.sent[0].duration_s == pytest.approx(2 * planned.duration_s)
 
 
 @pytest.mark.parametrize(

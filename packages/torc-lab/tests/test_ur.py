@@ -11,8 +11,8 @@ from test_supervisor import supervised
 from torc.errors import InputError
 from torc.robots.loading import load_robot
 from torc.robots.protocols import ContactGuard
+from torc_lab.checks import turning
 from torc_lab.protocols import ArmDriver, LabError
-from torc_lab.testing.arm_conformance import motion_on
 from torc_lab.twin.ur import UrTwin
 from torc_lab.ur.arm import UrArm, UrConfig, set_points, ur_fault
 
@@ -51,25 +51,25 @@ def test_a_motion_is_streamed_point_by_point_as_it_was_checked(arm, twin, watche
     home = twin.arm.qpos.copy()
     assert isinstance(arm, ArmDriver)
     assert not twin.heard  # nothing is uploaded before the first motion
-    assert watched.follow(motion_on(home, 0.1)).reached
+    assert watched.follow(turning(home, 0.1)).reached
     np.testing.assert_allclose(twin.arm.qpos, home + 0.1 * np.eye(6)[0], atol=1e-6)
     kinds = [heard[0] for heard in twin.heard]
     assert kinds[0] == "script"
     assert set(kinds[1:-1]) == {SERVO_J}
     assert kinds[-1] == SERVO_STOP
     sent = servo_points(twin)
-    planned = set_points(motion_on(home, 0.1), 125)
+    planned = set_points(turning(home, 0.1), 125)
     np.testing.assert_allclose(sent[: len(planned)], planned, atol=1e-6)
     assert len(sent) >= 125
     assert twin.heard[1][9:] == (1 / 125, 0.1, 300.0)  # of servoJ: time, look-ahead, gain
-    assert watched.follow(motion_on(arm.status().qpos, -0.05)).reached
+    assert watched.follow(turning(arm.status().qpos, -0.05)).reached
 
 
 def test_one_torc_at_a_time_moves_it(arm, twin):
     second = UrArm(UrConfig(twin.host))
-    arm.start(motion_on(twin.arm.qpos.copy(), 0.1))
+    arm.start(turning(twin.arm.qpos.copy(), 0.1))
     with pytest.raises(LabError, match="Another torc"):
-        second.start(motion_on(twin.arm.qpos.copy(), 0.1))
+        second.start(turning(twin.arm.qpos.copy(), 0.1))
     assert second.status().qpos.shape == (6,)
     second.close()
 
@@ -99,7 +99,7 @@ def test_faults_in_mid_motion_stop_the_arm_and_nothing_is_sent_after(arm, twin, 
     timer = threading.Timer(0.4, fault, (twin,))
     timer.start()
     with pytest.raises(LabError, match=words):
-        watched.follow(motion_on(home, 0.3, 2.0))
+        watched.follow(turning(home, 0.3, duration_s=2.0))
     timer.join()
     time.sleep(0.6)  # what was sent before arrives
     heard, where = len(servo_points(twin)), twin.arm.qpos.copy()
@@ -118,7 +118,7 @@ def test_a_person_resumes_after_a_protective_stop_and_the_program_is_uploaded_ag
     timer = threading.Timer(0.4, twin.halt, kwargs={"in_error": 1})
     timer.start()
     with pytest.raises(LabError):
-        watched.follow(motion_on(home, 0.3, 2.0))
+        watched.follow(turning(home, 0.3, duration_s=2.0))
     timer.join()
     with pytest.raises(LabError, match="protective stop"):
         watched.resume()
@@ -127,7 +127,7 @@ def test_a_person_resumes_after_a_protective_stop_and_the_program_is_uploaded_ag
     time.sleep(0.1)
     watched.resume()
     assert twin.heard.count(("script",)) == scripts
-    assert watched.follow(motion_on(arm.status().qpos, 0.05)).reached
+    assert watched.follow(turning(arm.status().qpos, 0.05)).reached
     assert twin.heard.count(("script",)) == scripts + 1
 
 
@@ -135,7 +135,7 @@ def test_a_robot_that_is_not_in_remote_control_is_not_moved(arm, twin):
     home = twin.arm.qpos.copy()
     twin.halt(mode=1)
     with pytest.raises(LabError, match=r"refuses.*remote control"):
-        arm.start(motion_on(home, 0.1))
+        arm.start(turning(home, 0.1))
     assert not servo_points(twin).size
 
 
@@ -155,7 +155,7 @@ def test_the_force_beyond_that_at_the_start_stops_a_guarded_motion(arm, twin, wa
         )
         timer = threading.Timer(0.5, setattr, touch)
         timer.start()
-        done = watched.follow(motion_on(begin, 0.2, 1.5), ContactGuard(40.0))
+        done = watched.follow(turning(begin, 0.2, duration_s=1.5), ContactGuard(40.0))
         assert done.stopped_by_contact == stopped
         assert done.reached != stopped
         timer.join()
@@ -165,7 +165,7 @@ def test_the_force_beyond_that_at_the_start_stops_a_guarded_motion(arm, twin, wa
 def test_when_torc_dies_the_robot_rests(twin):
     home = twin.arm.qpos.copy()
     driver = UrArm(UrConfig(twin.host))
-    driver.start(motion_on(home, 0.3, 2.0))
+    driver.start(turning(home, 0.3, duration_s=2.0))
     time.sleep(0.3)
     driver._process.stdin.close()  # as if this process was killed
     driver._process.wait(3)
@@ -177,7 +177,7 @@ def test_when_torc_dies_the_robot_rests(twin):
 
 
 def test_set_points_lie_on_the_checked_curve():
-    planned = motion_on(np.zeros(6), 0.3, 2.0, samples=21)
+    planned = turning(np.zeros(6), 0.3, duration_s=2.0, samples=21)
     points = set_points(planned, 125)
     np.testing.assert_array_equal(points[0], planned.qpos[0])
     np.testing.assert_allclose(points[-1], planned.qpos[-1], atol=1e-12)
@@ -210,8 +210,7 @@ def test_settings_and_robots_that_cannot_be():
 def test_ur_rtde_that_waits_in_vain_for_its_program_is_no_silence(arm, twin, monkeypatch):
     """It keeps its whole process waiting then; here it is told that it may begin."""
     monkeypatch.setattr(twin, "_run", lambda text: None)
-    twin._wires._run = twin._run
     with pytest.raises(LabError, match=r"refuses.*control script"):
-        arm.start(motion_on(twin.arm.qpos, 0.1))
+        arm.start(turning(twin.arm.qpos, 0.1))
     assert arm.status().stopped == ""
     assert not servo_points(twin).size

@@ -118,9 +118,8 @@ def test_the_twin_says_the_same_strings():
         def read(self):
             return [0xB900, 0x00E6, 0xBD00]  # activated, going, ready, stopped closing; asked for 230, at 189
 
-    twin = UrcapTwin(Registers())
-    assert twin.answer(CLOSE.decode().split()) == "ack"
-    assert twin.twin.written == [(0, [0x0900, 230, 255 << 8 | 128])]
-    for name, value in GRASPED.items():
-        assert twin.answer(["GET", name]) == f"{name} {value}\n"
-    twin._server.server_close()
+    with UrcapTwin(Registers()) as twin:
+        assert twin.answer(CLOSE.decode().split()) == "ack"
+        assert twin.twin.written == [(0, [0x0900, 230, 255 << 8 | 128])]
+        for name, value in GRASPED.items():
+            assert twin.answer(["GET", name]) == f"{name} {value}\n"

@@ -20,8 +20,8 @@ from torc.robots.kinematics import tcp_pose
 from torc.specs.trial import TrialSpec
 from torc.web.pick_page import pick_page
 from torc_lab.checks import limits_of
-from torc_lab.retrieval import _LabTrial
-from torc_lab.ways import MOTIONS, tcp_ways, ways_text
+from torc_lab.planning import MOTIONS, tcp_ways, ways_text
+from torc_lab.retrieval import _tell
 
 
 @pytest.fixture
@@ -87,9 +87,11 @@ def test_they_stand_in_the_log_and_on_the_page(robot, pick, tmp_path):
     assert page["plan"]["ways"]["free"][0] == pytest.approx(tcp_ways(robot, pick)["free"][0])
 
 
-def test_the_laboratory_adds_them_to_plans_alone(robot, pick):
-    lab = SimpleNamespace(robot=robot)
-    trial = SimpleNamespace(lab=lab)
-    event = _LabTrial._with_ways(trial, Planned(0, None, pick, 0.1))
-    assert event.ways == tcp_ways(robot, pick)
-    assert _LabTrial._with_ways(trial, "another event") == "another event"
+def test_the_laboratory_adds_them_to_plans_alone(robot, workspace, pick, monkeypatch):
+    monkeypatch.setattr("torc_lab.retrieval.limits", lambda lab: limits_of(robot, *WIDE, 1.0, 0.0))
+    lab, seen, said = SimpleNamespace(robot=robot, workspace=workspace), [], []
+    _tell(lab, Planned(0, None, pick, 0.1), [seen.append], said.append)
+    _tell(lab, "another event", [seen.append], said.append)
+    assert seen[0].ways == tcp_ways(robot, pick)
+    assert seen[1] == "another event"
+    assert len(said) == 1

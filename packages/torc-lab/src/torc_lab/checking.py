@@ -2,6 +2,8 @@
 
 import time
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from dataclasses import replace
 from typing import Any, cast
 
 import cv2
@@ -14,7 +16,7 @@ from torc_lab.calibration.marker import MOVED_M, marker_shift_m
 from torc_lab.calibration.noted import is_calibrated, marker_of_lab
 from torc_lab.cameras.kinds import open_camera
 from torc_lab.cameras.poses import placed
-from torc_lab.checking_motions import check_motions
+from torc_lab.checking_motions import Finding, check_motions
 from torc_lab.devices import (
     close_arm,
     close_camera,
@@ -26,7 +28,6 @@ from torc_lab.devices import (
     limits,
 )
 from torc_lab.driver_rules import state_faults
-from torc_lab.finding import Finding
 from torc_lab.identity import check_standing
 from torc_lab.lab_file import Lab
 from torc_lab.person import Ask
@@ -36,7 +37,7 @@ from torc_lab.supervisor import SupervisorConfig
 
 _WATCH_S, _POWERED_S, _APART_S = 1.0, 0.5, 0.5
 _LEAST_READ = 0.5
-_MOST_OFF_M = 0.01
+_MOST_OFF_M, _MOST_TILT_RAD = 0.01, 0.02
 
 
 def check_lab(lab: Lab, ask: Ask | None = None) -> Iterator[Finding]:
@@ -57,27 +58,19 @@ def _tried(
     close: Callable[[Any], None],
 ) -> Iterator[Finding]:
     """What a look at a device finds; a fault ends it, and is a finding."""
-    mend = "Mend the driver."
     try:
-        with blamed(f"The {what}'s driver", LabError, mend):
+        with ExitStack() as stack, blamed(f"The {what}'s driver", LabError, "Mend the driver."):
             device = connect()
+            stack.callback(close, device)
+            for finding in look(device):
+                yield replace(finding, device=what)
     except TorcError as error:
-        yield Finding(what, False, str(error))
-        return
-    try:
-        with blamed(f"The {what}'s driver", LabError, mend):
-            yield from look(device)
-    except TorcError as error:
-        yield Finding(what, False, str(error))
-    finally:
-        close(device)
+        yield Finding(str(error), False, what)
 
 
 def _arm(lab: Lab, arm: ArmDriver, ask: Ask | None) -> Iterator[Finding]:
-    broken = state_faults(arm)
-    for rule in broken:
-        yield Finding("arm", False, f"its driver breaks a rule: {rule}")
-    if broken:
+    if broken := state_faults(arm):
+        yield from (Finding(f"its driver breaks a rule: {rule}", False) for rule in broken)
         return
     if (
         ask is not None
@@ -89,22 +82,19 @@ def _arm(lab: Lab, arm: ArmDriver, ask: Ask | None) -> Iterator[Finding]:
         time.sleep(_POWERED_S)
     yield _rates(arm)
     status = arm.status()
-    yield Finding("arm", not status.stopped, status.stopped or "may move")
+    yield Finding(status.stopped or "may move", not status.stopped)
     yield from _standing(lab, arm)
-    joints = ", ".join(f"{v:.3f}" for v in status.qpos)
-    within = limits(lab)
-    inside = bool(((status.qpos >= within.lower) & (status.qpos <= within.upper)).all())
-    yield Finding("arm", inside, f"joints {joints} rad{'' if inside else ', outside of their limits'}")
-    rest = is_at_rest_pose(lab, status.qpos)
-    yield Finding(
-        "arm", True, "at its rest pose" if rest else "not at its rest pose: `torc retrieve` begins there"
-    )
-    feels = (
-        "feels contacts"
-        if arm.feels_contact
-        else "feels no contacts: approaches are slow, grasps keep further away, and nobody but you stops it"
-    )
-    yield Finding("arm", True, feels)
+    yield from _joints(lab, status.qpos)
+    if is_at_rest_pose(lab, status.qpos):
+        yield Finding("at its rest pose")
+    else:
+        yield Finding("not at its rest pose: `torc retrieve` begins there")
+    if arm.feels_contact:
+        yield Finding("feels contacts")
+    else:
+        yield Finding(
+            "feels no contacts: approaches are slow, grasps keep further away, and nobody but you stops it"
+        )
     if ask is not None and not status.stopped:
         yield from check_motions(lab, arm, ask)
 
@@ -116,15 +106,20 @@ def _standing(lab: Lab, arm: ArmDriver) -> Iterator[Finding]:
     x, y, z = (base @ arm_description.Ts_parent_joint[0])[:3, 3]
     turned = np.rad2deg(np.arctan2(base[1, 0], base[0, 0]))
     yield Finding(
-        "arm",
-        True,
         f"its first joint is modelled at x {x:.3f}, y {y:.3f}, z {z:.3f} m of the world frame, that of table, bin "
-        f"and camera, and its base turned by {turned:.0f} degrees about z: measure whether it stands there",
+        f"and camera, and its base turned by {turned:.0f} degrees about z: measure whether it stands there"
     )
     for name in check_standing(arm_description, arm, lab.held_joints):
-        yield Finding(
-            "arm", False, f"nobody reports {name}, which the robot description has in a fixed place"
-        )
+        yield Finding(f"nobody reports {name}, which the robot description has in a fixed place", False)
+
+
+def _joints(lab: Lab, qpos: np.ndarray) -> Iterator[Finding]:
+    """Where its joints are, by the names and within the limits of the robot description."""
+    arm, within = lab.robot.arm, limits(lab)
+    each = zip(arm.joint_names, qpos, arm.lower, arm.upper, strict=True)
+    text = ", ".join(f"{name} {q:.3f} ({lower:.3f} to {upper:.3f})" for name, q, lower, upper in each)
+    inside = bool(((qpos >= within.lower) & (qpos <= within.upper)).all())
+    yield Finding(f"joints {text} rad{'' if inside else ': outside of their limits'}", inside)
 
 
 def _rates(arm: ArmDriver) -> Finding:
@@ -139,7 +134,7 @@ def _rates(arm: ArmDriver) -> Finding:
     often = f"{len(stamps) / _WATCH_S:.0f} times a second, at most {oldest * 1e3:.0f} ms old"
     text = f"{arm.name} tells its state {often}"
     good = oldest < stale
-    return Finding("arm", good, text if good else f"{text}: too old, {stale * 1e3:.0f} ms is the most")
+    return Finding(text if good else f"{text}: too old, {stale * 1e3:.0f} ms is the most", good)
 
 
 def _gripper(lab: Lab, gripper: GripperDriver, ask: Ask | None) -> Iterator[Finding]:
@@ -148,17 +143,16 @@ def _gripper(lab: Lab, gripper: GripperDriver, ask: Ask | None) -> Iterator[Find
     if not ready and ask is not None and ask(f"{name}: activate? Its fingers open and close all the way."):
         cast(NeedsActivation, gripper).activate()
         ready = is_ready(gripper)
-    yield Finding("gripper", ready, f"{name} is {'ready' if ready else 'not activated: add --move'}")
-    wanted = lab.robot.gripper.max_width_m
-    same = abs(gripper.max_width_m - wanted) < 0.002
-    text = f"opens {gripper.max_width_m * 1e3:.0f} mm; the robot description says {wanted * 1e3:.0f} mm"
-    yield Finding("gripper", same, text)
+    yield Finding(f"{name} is {'ready' if ready else 'not activated: add --move'}", ready)
+    width_m, wanted_m = gripper.max_width_m, lab.robot.gripper.max_width_m
+    yield Finding(
+        f"max_width_m is {width_m:.3f}; in the robot description it is {wanted_m:.3f}",
+        abs(width_m - wanted_m) < 0.002,
+    )
     if not ready:
         return
     state = gripper.state
-    yield Finding(
-        "gripper", True, f"{state.width_m * 1e3:.0f} mm open" + (", holds something" if state.holding else "")
-    )
+    yield Finding(f"{state.width_m * 1e3:.0f} mm open" + (", holds something" if state.holding else ""))
     if (
         ask is not None
         and isinstance(gripper, RobotiqGripper)
@@ -166,10 +160,8 @@ def _gripper(lab: Lab, gripper: GripperDriver, ask: Ask | None) -> Iterator[Find
     ):
         scale = gripper.calibrate()
         yield Finding(
-            "gripper",
-            True,
             f"its fingers reach {scale.open_count} to {scale.closed_count}: write open_count: {scale.open_count} and "
-            f"closed_count: {scale.closed_count} into the lab file",
+            f"closed_count: {scale.closed_count} into the lab file"
         )
         gripper.open(gripper.max_width_m)
 
@@ -183,16 +175,13 @@ def _camera(lab: Lab, camera: Any) -> Iterator[Finding]:
     second = as_capture(camera.capture()).observation
     took_s = time.monotonic() - began
     height, width = first.depth_m.shape
-    share = float((second.depth_m > 0).mean())
-    what = (
-        f"{lab.conditions.camera}: {width}x{height} pixels, first after {opened_s:.1f} s, then {took_s:.2f} s"
-    )
-    yield Finding("camera", True, what)
-    pair = first.pair is not None and not first.depth_m.any()
-    if not pair:
-        yield Finding("camera", share > _LEAST_READ, f"depth for {share:.0%} of all pixels")
+    speed = f"first after {opened_s:.1f} s, then {took_s:.2f} s"
+    yield Finding(f"{lab.conditions.camera}: {width}x{height} pixels, {speed}")
+    if first.pair is None or first.depth_m.any():
+        share = float((second.depth_m > 0).mean())
+        yield Finding(f"depth for {share:.0%} of all pixels", share > _LEAST_READ)
     if second.stamp_s == first.stamp_s != 0:
-        yield Finding("camera", False, "frozen: two pictures have the same time")
+        yield Finding("frozen: two pictures have the same time", False)
     yield _support(lab, second)
     yield from _drift(lab, second)
 
@@ -203,33 +192,26 @@ def _drift(lab: Lab, seen: Any) -> Iterator[Finding]:
         return
     marker = marker_of_lab(lab)
     if marker is None:
-        yield Finding(
-            "camera", True, "its calibration noted no marker on the table: a shift since is not noticed"
-        )
+        yield Finding("its calibration noted no marker on the table: a shift since is not noticed")
         return
     shift_m = marker_shift_m(marker, cv2.cvtColor(seen.rgb, cv2.COLOR_RGB2GRAY), seen.K, seen.T_world_camera)
     if shift_m is None:
-        yield Finding("camera", True, "the marker on the table is not in sight: a shift is not noticed")
+        yield Finding("the marker on the table is not in sight: a shift is not noticed")
         return
     text = f"the marker on the table is {1e3 * shift_m:.1f} mm from where the calibration saw it"
     moved = shift_m > MOVED_M
-    yield Finding(
-        "camera", not moved, f"{text}: camera or marker has moved; calibrate again" if moved else text
-    )
+    yield Finding(f"{text}: camera or marker has moved; calibrate again" if moved else text, not moved)
 
 
 def _support(lab: Lab, seen: Any) -> Finding:
     """Whether the table is where the camera's pose says."""
     if getattr(seen, "pose_estimated", False):
-        return Finding(
-            "camera",
-            False,
-            "its pose is not known: set camera.pose to what `torc lab calibrate` wrote, or to workspace",
-        )
+        remedy = "set camera.pose to what `torc lab calibrate` wrote, or to workspace"
+        return Finding(f"its pose is not known: {remedy}", False)
     try:
         level = placed(seen, None)
     except InputError as error:
-        return Finding("camera", False, f"no table is in sight: {error}")
+        return Finding(f"no table is in sight: {error}", False)
     # In the level frame the support is at height 0; where is that plane by the pose that is set?
     T = seen.T_world_camera @ np.linalg.inv(level.T_world_camera)
     x, y, _ = lab.workspace.table.center
@@ -237,4 +219,4 @@ def _support(lab: Lab, seen: Any) -> Finding:
     off_m, tilt = float(inside[2]), float(np.arccos(np.clip(T[2, 2], -1, 1)))
     where = f"{abs(off_m) * 1e3:.0f} mm {'below' if off_m > 0 else 'above'} where the workspace has it"
     text = f"the table is {where}, and tilted by {np.rad2deg(tilt):.1f} degrees"
-    return Finding("camera", abs(off_m) < _MOST_OFF_M and tilt < 0.02, text)
+    return Finding(text, abs(off_m) < _MOST_OFF_M and tilt < _MOST_TILT_RAD)

@@ -12,8 +12,8 @@ from torc.robots.execution import reverse
 from torc.robots.kinematics import tcp_pose
 from torc_lab.calibration.noted import is_calibrated, marker_of_lab
 from torc_lab.calibration.touch import ABOVE_M, touch_motion
+from torc_lab.checks import turning
 from torc_lab.devices import limits
-from torc_lab.finding import Finding
 from torc_lab.lab_file import Lab
 from torc_lab.person import Ask
 from torc_lab.protocols import ArmDriver, RobotStoppedError
@@ -28,91 +28,62 @@ _MOVED = 0.25
 """Share of the turn from which on a joint has moved."""
 
 
+@dataclass(frozen=True)
+class Finding:
+    """What a check says about a device, and whether it is as it should be."""
+
+    text: str
+    good: bool = True
+    device: str = ""
+
+
 def check_motions(lab: Lab, arm: ArmDriver, ask: Ask) -> Iterator[Finding]:
     """Turns each joint a little and back, compares where every joint is at the turning point with the command, and ends
     at the first that does something else. Then the touch test, if the camera was calibrated.
     """
-    supervised = SupervisedArm(arm, lab.robot, limits(lab))
+    supervised, within = SupervisedArm(arm, lab.robot, limits(lab)), limits(lab)
     names = lab.robot.arm.joint_names
     for joint, name in enumerate(names):
-        turn = _Turn(lab.robot, supervised.qpos, joint, _direction(lab, supervised.qpos, joint))
-        if not ask(
-            f"{arm.name}: turn joint {joint + 1} ({name}) by {turn.by_rad:+g} rad and back? {turn.text}"
-        ):
-            yield Finding("arm", True, f"joint {joint + 1} was not tried")
+        start, label = supervised.qpos, f"joint {joint + 1} ({name})"
+        up = within.upper[joint] - start[joint] > start[joint] - within.lower[joint]
+        turn = turning(start, TURN_RAD if up else -TURN_RAD, joint, _TURN_S, _SAMPLES)
+        by_rad = turn.qpos[-1, joint] - start[joint]
+        if not ask(f"{arm.name}: turn {label} by {by_rad:+.3g} rad and back? {_seen(lab.robot, turn)}"):
+            yield Finding(f"{label} was not tried")
             continue
-        fault = _turned(supervised, turn, names)
-        yield Finding(
-            "arm", not fault, f"joint {joint + 1} ({name}) " + (fault or "turned as commanded, and back")
-        )
+        fault = _turned(supervised, turn, joint, names)
+        yield Finding(f"{label} {fault or 'turned as commanded, and back'}", not fault)
         if fault:
-            yield Finding("arm", False, "the other joints were not tried: find the cause first")
+            yield Finding("the other joints were not tried: find the cause first", False)
             return
     if is_calibrated(lab):
         yield from _touch(lab, supervised, ask)
 
 
-@dataclass(frozen=True)
-class _Turn:
-    """One joint turns from where the arm is."""
-
-    robot: RobotDescription
-    start: Float[np.ndarray, "dof"]
-    joint: int
-    by_rad: float
-
-    @property
-    def there(self) -> Trajectory:
-        """From rest to rest."""
-        t = np.linspace(0, _TURN_S, _SAMPLES)
-        s = t / _TURN_S
-        path, rates = np.tile(self.start, (len(t), 1)), np.zeros((len(t), len(self.start)))
-        path[:, self.joint] += self.by_rad * (3 * s**2 - 2 * s**3)
-        rates[:, self.joint] = self.by_rad * 6 * s * (1 - s) / _TURN_S
-        return Trajectory(t, path, rates)
-
-    @property
-    def text(self) -> str:
-        """Where the fingertips should go: whether a robot is built otherwise only a person can see."""
-        before, after = (tcp_pose(self.robot, q, 0.0)[:3, 3] for q in self.there.qpos[[0, -1]])
-        dx, dy, dz = (100 * (after - before)).tolist()
-        ways = [
-            f"{abs(d):.0f} cm {words[d < 0]}"
-            for d, words in (
-                (dx, ("forward", "back")),
-                (dy, ("to the left", "to the right")),
-                (dz, ("up", "down")),
-            )
-            if abs(d) >= 0.5
-        ]
-        return (
-            f"The fingertips should go {', '.join(ways)}."
-            if ways
-            else "The fingertips should stay where they are."
-        )
+def _seen(robot: RobotDescription, turn: Trajectory) -> str:
+    """Where the fingertips should go: whether a robot is built otherwise only a person can see."""
+    before, after = (tcp_pose(robot, q, 0.0)[:3, 3] for q in turn.qpos[[0, -1]])
+    words = (("forward", "back"), ("to the left", "to the right"), ("up", "down"))
+    moved_cm = zip((100 * (after - before)).tolist(), words, strict=True)
+    ways = [f"{abs(d):.0f} cm {either[d < 0]}" for d, either in moved_cm if abs(d) >= 0.5]
+    return f"The fingertips should {'go ' + ', '.join(ways) if ways else 'stay where they are'}."
 
 
-def _direction(lab: Lab, qpos: Float[np.ndarray, "dof"], joint: int) -> float:
-    """Away from the nearer joint limit."""
-    within = limits(lab)
-    return TURN_RAD if within.upper[joint] - qpos[joint] > qpos[joint] - within.lower[joint] else -TURN_RAD
-
-
-def _turned(arm: SupervisedArm, turn: _Turn, names: Sequence[str]) -> str:
+def _turned(arm: SupervisedArm, turn: Trajectory, joint: int, names: Sequence[str]) -> str:
     """What was wrong with a turn there and back; "" for nothing."""
+    start, by_rad = turn.qpos[0], turn.qpos[-1, joint] - turn.qpos[0, joint]
     try:
-        arm.follow(turn.there)
+        arm.follow(turn)
         stopped = ""
     except RobotStoppedError as error:
-        stopped = str(error)
-    fault = turn_fault(arm.qpos - turn.start, turn.joint, turn.by_rad, names)
-    if fault or stopped:
-        return fault or f"was stopped: {stopped}"
-    back = reverse(turn.there, arm.qpos, slowdown=1.0)
+        stopped = f"was stopped: {error}"
+    if fault := turn_fault(arm.qpos - start, joint, by_rad, names) or stopped:
+        return fault
+    back = reverse(turn, arm.qpos, slowdown=1.0)
     if back is not None:
         arm.follow(back)
-    left_rad = float(np.abs(arm.qpos - turn.start).max())
-    return "" if left_rad <= _OFF * abs(turn.by_rad) else f"did not come back: {left_rad:.3f} rad are left"
+    left_rad = float(np.abs(arm.qpos - start).max())
+    return "" if left_rad <= _OFF * abs(by_rad) else f"did not come back: {left_rad:.3f} rad are left"
 
 
 def turn_fault(moved_rad: Float[np.ndarray, "dof"], joint: int, by_rad: float, names: Sequence[str]) -> str:
@@ -141,26 +112,21 @@ def _touch(lab: Lab, arm: SupervisedArm, ask: Ask) -> Iterator[Finding]:
         return
     motion = touch_motion(lab, marker, arm.qpos)
     if motion is None:
-        yield Finding(
-            "arm", True, "the marker cannot be reached from above: no touch test. Tape it nearer to the arm"
-        )
+        yield Finding("the marker cannot be reached from above: no touch test. Tape it nearer to the arm")
         return
-    if not ask(
-        f"Touch test. Clear the table and open the gripper. Bring the fingertips to {100 * ABOVE_M:.0f} cm above the "
-        "marker's middle?"
-    ):
-        yield Finding("arm", True, "the touch test was not made")
+    above = f"{100 * ABOVE_M:.0f} cm above the middle of the marker"
+    if not ask(f"Touch test. Clear the table and open the gripper. Bring the fingertips to {above}?"):
+        yield Finding("the touch test was not made")
         return
     arm.follow(motion)
-    good = ask(f"Are the fingertips {100 * ABOVE_M:.0f} cm above the middle of the marker, to within 1 cm?")
-    yield Finding(
-        "arm",
-        good,
-        "the fingertips came to where the calibration has the marker"
-        if good
-        else "the fingertips are not where the calibration has the marker: the camera's pose, the place of the robot's "
-        "base in the world frame, or the robot description is wrong",
-    )
+    if ask(f"Are the fingertips {above}, to within 1 cm?"):
+        yield Finding("the fingertips came to where the calibration has the marker")
+    else:
+        yield Finding(
+            "the fingertips are not where the calibration has the marker: the camera's pose, the place of the robot's "
+            "base in the world frame, or the robot description is wrong",
+            False,
+        )
     back = reverse(motion, arm.qpos)
     if back is not None and ask("Go back?"):
         arm.follow(back)

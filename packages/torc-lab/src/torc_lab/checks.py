@@ -73,6 +73,18 @@ def stretched(trajectory: Trajectory, factor: float) -> Trajectory:
     return Trajectory(trajectory.times_s * factor, trajectory.qpos, trajectory.qvel / factor)
 
 
+def turning(
+    qpos: Float[np.ndarray, "dof"], by_rad: float, joint: int = 0, duration_s: float = 1.0, samples: int = 51
+) -> Trajectory:
+    """One joint turns from rest to rest."""
+    t = np.linspace(0, duration_s, samples)
+    s = t / duration_s
+    path, rates = np.tile(qpos, (samples, 1)), np.zeros((samples, len(qpos)))
+    path[:, joint] += by_rad * (3 * s**2 - 2 * s**3)
+    rates[:, joint] = by_rad * 6 * s * (1 - s) / duration_s
+    return Trajectory(t, path, rates)
+
+
 def thinned(trajectory: Trajectory, most: int) -> Trajectory:
     """The trajectory with so many samples at most, evenly chosen, the ends among them."""
     count = len(trajectory.times_s)

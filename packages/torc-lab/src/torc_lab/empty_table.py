@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Bool, Float
 
-from torc.collision.collision_world import CollisionConfig, CollisionWorld, world_from_voxels
+from torc.collision.collision_world import CollisionConfig, world_from_voxels
 from torc.collision.contacts import robot_arrays
 from torc.motion.config import MotionConfig
 from torc.motion.geometry import rounded_path
@@ -35,7 +35,17 @@ def empty_space(
     """
     bounds = limits.lower + LIMIT_RAD, limits.upper - LIMIT_RAD
     width_m = 0.5 * robot.gripper.max_width_m
-    world = _empty_world(workspace)
+    grid, boxes = workspace.grid, workspace.static_boxes()
+    config = replace(
+        CollisionConfig(),
+        padding_m=_PADDING_M,
+        gripper_static_padding_m=_PADDING_M,
+        attached_static_padding_m=_PADDING_M,
+    )
+    free, nothing = np.zeros(grid.shape, np.uint8), np.zeros(grid.shape, np.uint64)
+    middle, half = np.array([b.center for b in boxes]), 0.5 * np.array([b.size for b in boxes])
+    corners = np.hstack([middle - half, middle + half])
+    world = world_from_voxels(grid, free, nothing, corners, tuple(b.name for b in boxes), config)
     return free_space(robot_arrays(robot), world, width_m, bounds, robot.arm.max_speed, held)
 
 
@@ -74,16 +84,3 @@ def motion_above(
         return None
     straight = rounded_path(np.stack([qpos, out]), np.zeros(2))
     return join([*(time_path(part, arm, config.timing) for part in straight), found[0]])
-
-
-def _empty_world(workspace: Workspace) -> CollisionWorld:
-    """The fixed boxes alone."""
-    grid, room = workspace.grid, CollisionConfig()
-    config = replace(
-        room, padding_m=_PADDING_M, gripper_static_padding_m=_PADDING_M, attached_static_padding_m=_PADDING_M
-    )
-    free, nothing = np.zeros(grid.shape, np.uint8), np.zeros(grid.shape, np.uint64)
-    boxes = workspace.static_boxes()
-    middle, half = np.array([b.center for b in boxes]), 0.5 * np.array([b.size for b in boxes])
-    corners = np.hstack([middle - half, middle + half])
-    return world_from_voxels(grid, free, nothing, corners, tuple(b.name for b in boxes), config)

@@ -4,7 +4,6 @@ import re
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from types import MappingProxyType
 from typing import Any
 
 from torc import InputError
@@ -32,20 +31,13 @@ class Hardware:
     others: Mapping[str, str] = field(default_factory=dict)
 
 
-_KNOWN: Mapping[str, Hardware] = MappingProxyType(
-    {
-        # motoman_sda10f_support 1.9.12, config/sda10f_motion_interface.yaml.
-        "arm_right_joint_1_s": Hardware(
-            1, {"torso_joint_b1": 0.0, "group 2": 0.0}, {"sda10f_r1_controller": "the left arm"}
-        ),
-    }
-)
-"""By the name of the first joint."""
+# motoman_sda10f_support 1.9.12, config/sda10f_motion_interface.yaml.
+_SDA10F = Hardware(1, {"torso_joint_b1": 0.0, "group 2": 0.0}, {"sda10f_r1_controller": "the left arm"})
 
 
 def hardware_of(arm: ArmDescription) -> Hardware:
     """What is known of a modelled arm; empty for most."""
-    return _KNOWN.get(arm.joint_names[0], Hardware())
+    return _SDA10F if arm.joint_names[0] == "arm_right_joint_1_s" else Hardware()
 
 
 def check_settings(arm: ArmDescription, settings: Mapping[str, Any], where: str) -> None:

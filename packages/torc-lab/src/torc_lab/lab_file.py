@@ -29,8 +29,8 @@ _AROUND_M = 0.3
 """Room around table, bin and rest pose within which the arm may move if the file says nothing."""
 _BELOW_M, _ABOVE_M = 0.01, 1.3
 """Below table and bin; above the table: free motions swing high."""
-_PATHS = ("pose", "path")
-"""Settings of devices that may be files beside the lab file."""
+_PATHS = {"pose", "path"}
+"""Settings of devices that may be files or directories beside the lab file."""
 Vec = tuple[Number, Number, Number]
 
 
@@ -94,9 +94,9 @@ class _DeviceEntry(BaseModel):
 
     def device(self, here: Path) -> Device:
         settings = dict(self.model_extra or {})
-        for name in _PATHS:
-            if isinstance(settings.get(name), str):
-                settings[name] = _beside(here, settings[name])
+        for name in _PATHS & settings.keys():
+            if isinstance(value := settings[name], str) and (here / value).exists():
+                settings[name] = str(here / value)
         return Device(self.driver, settings)
 
 

@@ -4,8 +4,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
+from torc.cli.printing import printable
 from torc.episode.events import Event, Planned
 from torc.records import Trajectory
+from torc_lab.devices import is_at_rest_pose
+from torc_lab.lab_file import Lab
 from torc_lab.protocols import LabError
 
 Confirming = Literal["motion", "pick", "never"]
@@ -59,6 +64,11 @@ def ask_text_in_terminal(question: str) -> str:
         raise LabError(f"Nobody answers: {question}") from None
 
 
+def say_in_terminal(text: str) -> None:
+    """Prints text; names of strangers' files in it cannot move the cursor."""
+    print(printable(text), flush=True)
+
+
 @dataclass(frozen=True)
 class Person:
     """Who lays scenes out, stands by, and tells what sensors cannot.
@@ -66,7 +76,22 @@ class Person:
     Attributes:
         ask: yes or no.
         ask_text: a line of text.
+        say: tells something.
     """
 
     ask: Ask = ask_in_terminal
     ask_text: AskText = ask_text_in_terminal
+    say: Callable[[str], None] = say_in_terminal
+
+
+def await_rest_pose(lab: Lab, qpos: Callable[[], np.ndarray], ask: Ask) -> None:
+    """Waits until the arm is where it does not hide the table; moves nothing.
+
+    Raises LabError if nobody brings it there.
+    """
+    while not is_at_rest_pose(lab, now := qpos()):
+        here, rest = (", ".join(f"{v:.2f}" for v in q) for q in (now, lab.robot.arm.rest_qpos))
+        if not ask(
+            f"The arm is at ({here}) rad, not at its rest pose ({rest}). Bring it there by hand. Ready?"
+        ):
+            raise LabError("The arm is not at its rest pose: it would hide the table from the camera.")

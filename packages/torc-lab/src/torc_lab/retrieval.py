@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ from torc.episode.pick_view import view_of
 from torc.episode.recorder import TrialRecorder
 from torc.episode.steps import EpisodeConfig
 from torc.episode.trial import recorded_trial
-from torc.pipeline.building import System, build_system, sources
+from torc.pipeline.building import build_system, sources
 from torc.pipeline.planners import make_spec_planner, refuse_simulated
 from torc.pipeline.warm_up import announced_compilation
 from torc.records import PickPlan, PlanFailure
@@ -22,15 +23,13 @@ from torc.specs.spec_files import to_plain
 from torc.task_planning.protocol import TaskPlanner
 from torc.vlm.cache import CacheConfig
 from torc_lab.checks import stretch_for
-from torc_lab.devices import is_at_rest_pose, limits, opened_lab, planned_for
-from torc_lab.guarding import guarded
+from torc_lab.devices import limits, opened_lab, planned_for
 from torc_lab.lab_file import Lab
-from torc_lab.person import Ask, Confirmation, Confirming, ask_in_terminal
-from torc_lab.planning import LimitedMotionPlanner
-from torc_lab.protocols import LabError, RobotStoppedError
+from torc_lab.person import Ask, Confirmation, Confirming, ask_in_terminal, await_rest_pose
+from torc_lab.planning import LimitedMotionPlanner, guarded, tcp_ways, ways_text
+from torc_lab.protocols import RobotStoppedError
 from torc_lab.robot import LabRobot
 from torc_lab.supervisor import SupervisedArm
-from torc_lab.ways import tcp_ways, ways_text
 
 
 @dataclass(frozen=True)
@@ -92,125 +91,83 @@ def retrieve(
     )
     recorder.asked = spec.planner.vlm
     confirmation = Confirmation(operation.confirm, operation.ask)
-    about = {
-        "vlm": None if spec.planner.vlm is None else spec.planner.vlm.text,
-        "participant": True,
-        "lab": lab.name,
-    }
+    vlm = "" if spec.planner.vlm is None else spec.planner.vlm.text
+    about = {"vlm": vlm or None, "participant": True, "lab": lab.name}
 
     def play() -> dict[str, Any]:
         with opened_lab(lab, confirmation) as robot, announced_compilation(say):
             careful, guard = guarded(system, robot.config)
             say(guard)
-            trial = _LabTrial(lab, careful, guard, robot, planner, wanted, operation, say)
-            return trial.play(spec, [recorder, confirmation.listen, *listeners])
+            within = LimitedMotionPlanner(careful.motion_planner, lab.robot, limits(lab))
+            careful = replace(careful, motion_planner=within)
+            config = EpisodeConfig(spec.conditions.max_picks, spec.seed)
+            told: list[Listener] = [recorder, confirmation.listen, *listeners]
+            episode = Episode(robot, careful, wanted, config, [lambda event: _tell(lab, event, told, say)])
+            view_of(episode.rehearse(planner).context)
+            known_by = "mark" if wanted.mark else "reference pictures"
+            said = wanted.description or f"the object of the {known_by}"
+            begun = Started(
+                spec.problem_name, planner.name, spec.seed, said, config.max_picks, vlm=vlm, guard=guard
+            )
+            await_rest_pose(lab, lambda: robot.arm.qpos, operation.ask)
+            if operation.dry_run:
+                return _dry(lab, episode, planner, begun)
+            resume = partial(_resume, lab, robot, operation.ask)
+            result = run_episode(episode, planner, begun, resume)
+            # The record keeps what a person took part in, but it is no result of the planner.
+            status = "interrupted" if result.halts else "completed"
+            return {"status": status, "halts": list(result.halts), **result_facts(result)}
 
     return recorded_trial(recorder, about, play, TorcError)
 
 
-class _LabTrial:
-    """The episode, and what is asked of the person around it."""
+def _tell(lab: Lab, event: Event, listeners: Sequence[Listener], say: Callable[[str], None]) -> None:
+    """Tells what happens. Whoever is asked before planned motions sees where they lead."""
+    ways = ""
+    if isinstance(event, Planned) and isinstance(plan := event.plan, PickPlan):
+        event = replace(event, ways=tcp_ways(lab.robot, plan))
+        ways = ways_text(event.ways, plan, lab.robot, limits(lab), lab.workspace.support_z_m)
+    for listener in listeners:
+        listener(event)
+    if ways:
+        say(ways)
 
-    def __init__(
-        self,
-        lab: Lab,
-        system: System,
-        guard: str,
-        robot: LabRobot,
-        planner: TaskPlanner,
-        wanted: Wanted,
-        operation: Operation,
-        say: Callable[[str], None],
-    ) -> None:
-        self.lab, self.robot, self.planner = lab, robot, planner
-        self.wanted, self.operation, self.say = wanted, operation, say
-        within = LimitedMotionPlanner(system.motion_planner, lab.robot, limits(lab))
-        self.system, self.guard = replace(system, motion_planner=within), guard
 
-    def play(self, spec: TrialSpec, listeners: Sequence[Listener]) -> dict[str, Any]:
-        """The facts of the result."""
+def _dry(lab: Lab, episode: Episode, planner: TaskPlanner, begun: Started) -> dict[str, Any]:
+    """Look, decide and plan once; nothing moves."""
+    episode.steps.tell(begun)
+    plan: PickPlan | PlanFailure | PickOutcome | None = None
+    if (look := episode.look()) is not None:
+        plan = episode.plan(look, episode.decide(planner, look))
+    match plan:
+        case PickPlan():
+            within = limits(lab)
+            seconds = sum(m.duration_s * stretch_for(m, within, lab.robot) for m in plan.motions)
+            text = f"{len(plan.motions)} motions, about {seconds:.0f} s at this speed"
+        case PlanFailure():
+            text = f"none: {plan.stage}: {plan.reason}"
+        case PickOutcome():
+            text = f"none: {plan.detail or plan.result.value}"
+        case None:
+            text = "none: no object is in sight"
+    return {"status": "dry run", "plan": text}
 
-        def tell(event: Event) -> None:
-            event = self._with_ways(event)
-            for listener in listeners:
-                listener(event)
-            if isinstance(event, Planned) and isinstance(event.plan, PickPlan):
-                z = self.lab.workspace.support_z_m
-                self.say(ways_text(event.ways, event.plan, self.lab.robot, limits(self.lab), z))
 
-        config = EpisodeConfig(spec.conditions.max_picks, spec.seed)
-        episode = Episode(self.robot, self.system, self.wanted, config, [tell])
-        view_of(episode.rehearse(self.planner).context)
-        vlm = "" if spec.planner.vlm is None else spec.planner.vlm.text
-        said = (
-            self.wanted.description
-            or f"the object of the {'mark' if self.wanted.mark else 'reference pictures'}"
-        )
-        begun = Started(spec.problem_name, self.planner.name, spec.seed, said, config.max_picks, vlm=vlm)
-        begun = replace(begun, guard=self.guard)
-        self._await_rest_pose()
-        if self.operation.dry_run:
-            return self._dry(episode, begun)
-        result = run_episode(episode, self.planner, begun, self._resume)
-        # The record keeps what a person took part in, but it is no result of the planner.
-        return {
-            "status": "interrupted" if result.halts else "completed",
-            "halts": list(result.halts),
-            **result_facts(result),
-        }
-
-    def _with_ways(self, event: Event) -> Event:
-        """Whoever is asked before the motions sees where they lead."""
-        if isinstance(event, Planned) and isinstance(event.plan, PickPlan):
-            return replace(event, ways=tcp_ways(self.lab.robot, event.plan))
-        return event
-
-    def _dry(self, episode: Episode, begun: Started) -> dict[str, Any]:
-        """Look, decide and plan once; nothing moves."""
-        episode.steps.tell(begun)
-        plan: PickPlan | PlanFailure | PickOutcome | None = None
-        if (look := episode.look()) is not None:
-            plan = episode.plan(look, episode.decide(self.planner, look))
-        match plan:
-            case PickPlan():
-                within, robot = limits(self.lab), self.lab.robot
-                seconds = sum(m.duration_s * stretch_for(m, within, robot) for m in plan.motions)
-                text = f"{len(plan.motions)} motions, about {seconds:.0f} s at this speed"
-            case PlanFailure():
-                text = f"none: {plan.stage}: {plan.reason}"
-            case PickOutcome():
-                text = f"none: {plan.detail or plan.result.value}"
-            case None:
-                text = "none: no object is in sight"
-        return {"status": "dry run", "plan": text}
-
-    def _resume(self, error: Exception) -> None:
-        """Lets a person look after a robot that was stopped. Raises the error if he does not want to go on."""
-        arm = self.robot.arm
-        assert isinstance(arm, SupervisedArm)
-        while True:
-            held = " The gripper keeps its grip." if self.robot.gripper.state.holding else ""
-            if not self.operation.ask(f"{error}{held} Look at the robot. Resume?"):
-                raise error
-            try:
-                arm.resume()
-                break
-            except RobotStoppedError as again:
-                error = again
-        if self.robot.gripper.state.holding:
-            if not self.operation.ask("The gripper opens now: take what it holds. Open it?"):
-                raise error
-            self.robot.gripper.open(self.robot.gripper.max_width_m)
-        self._await_rest_pose()
-
-    def _await_rest_pose(self) -> None:
-        """Waits until the arm is where it does not hide the table. Raises LabError if nobody brings it there."""
-        while not is_at_rest_pose(self.lab, self.robot.arm.qpos):
-            here, rest = (
-                ", ".join(f"{v:.2f}" for v in q) for q in (self.robot.arm.qpos, self.lab.robot.arm.rest_qpos)
-            )
-            question = (
-                f"The arm is at ({here}) rad, not at its rest pose ({rest}). Bring it there by hand. Ready?"
-            )
-            if not self.operation.ask(question):
-                raise LabError("The arm is not at its rest pose: it would hide the table from the camera.")
+def _resume(lab: Lab, robot: LabRobot, ask: Ask, error: Exception) -> None:
+    """Lets a person look after a robot that was stopped. Raises the error if he does not want to go on."""
+    arm = robot.arm
+    assert isinstance(arm, SupervisedArm)
+    while True:
+        held = " The gripper keeps its grip." if robot.gripper.state.holding else ""
+        if not ask(f"{error}{held} Look at the robot. Resume?"):
+            raise error
+        try:
+            arm.resume()
+            break
+        except RobotStoppedError as again:
+            error = again
+    if robot.gripper.state.holding:
+        if not ask("The gripper opens now: take what it holds. Open it?"):
+            raise error
+        robot.gripper.open(robot.gripper.max_width_m)
+    await_rest_pose(lab, lambda: arm.qpos, ask)

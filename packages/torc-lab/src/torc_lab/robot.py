@@ -1,12 +1,11 @@
 """The `Robot` of torc.robots.protocols on real devices."""
 
-from collections.abc import Callable
 from dataclasses import replace
 
 from torc import PickOutcome
 from torc.records import Capture, PickPlan, as_capture
 from torc.robots.description import RobotDescription
-from torc.robots.execution import ExecutionConfig, ExecutionTrace, PhaseTrace, execute_pick
+from torc.robots.execution import ExecutionConfig, execute_pick
 from torc.robots.protocols import Arm, Camera, Gripper, HeldCheck
 from torc_lab.protocols import LabError
 
@@ -24,15 +23,10 @@ class LabRobot:
         gripper: Gripper,
         *,
         config: ExecutionConfig | None = None,
-        on_phase: Callable[[PhaseTrace], None] = lambda step: None,
     ) -> None:
-        """on_phase: told of every step of a pick."""
         self.description, self.camera, self.arm, self.gripper = description, camera, arm, gripper
         self.config = config or ExecutionConfig()
-        self._on_phase = on_phase
         self._last_stamp_s = 0.0
-        self.last_trace: ExecutionTrace | None = None
-        """What was commanded in the latest pick, and what the robot felt."""
 
     def capture(self) -> Capture:
         """One snapshot, with the joints as they are. Raises LabError, also for a picture that came before, and
@@ -52,8 +46,7 @@ class LabRobot:
             if is_target is None
             else lambda: is_target(self.capture().observation, self.gripper.state.width_m)
         )
-        trace = execute_pick(self.arm, self.gripper, plan, self.config, self._on_phase, ask)
-        self.last_trace = trace
+        trace = execute_pick(self.arm, self.gripper, plan, self.config, is_target=ask)
         return PickOutcome(
             result=trace.result,
             object_id=plan.object_id,

@@ -75,12 +75,10 @@ class SupervisedArm:
         limits: MotionLimits,
         config: SupervisorConfig | None = None,
         *,
-        slowdown: float = 1.0,
         confirm: Confirm = lambda what, trajectory: True,
     ) -> None:
-        """slowdown: every motion takes at least so many times as long as it was planned."""
         self.driver, self.robot, self.limits = driver, robot, limits
-        self.config, self.slowdown, self.confirm = config or SupervisorConfig(), slowdown, confirm
+        self.config, self.confirm = config or SupervisorConfig(), confirm
         self._halted = ""
 
     @property
@@ -150,7 +148,7 @@ class SupervisedArm:
         if status.moving:
             raise MotionRefusedError(f"{self.driver.name} moves already, and not by torc.")
         status = self._settled(status)
-        planned = self._checked(trajectory, status, self.slowdown)
+        planned = self._checked(trajectory, status)
         if not self.confirm(f"{self.driver.name}: a motion of {planned.duration_s:.1f} s", planned):
             raise MotionRefusedError("The motion was not confirmed.")
         # Whoever confirms may have taken a while.
@@ -161,49 +159,42 @@ class SupervisedArm:
                 f"{self.driver.name} moved, or was stopped, before the motion was confirmed."
             )
         # A servo that creeps into place is no more than that: the motion is bent once more.
-        return planned if gap_rad <= self.driver.start_tolerance_rad else self._checked(planned, status, 1.0)
+        return planned if gap_rad <= self.driver.start_tolerance_rad else self._checked(planned, status)
 
-    def _checked(self, trajectory: Trajectory, status: ArmStatus, slowdown: float) -> Trajectory:
+    def _checked(self, trajectory: Trajectory, status: ArmStatus) -> Trajectory:
         """The trajectory bent to where the arm is, and stretched to the limits. Raises MotionRefusedError."""
         if faults := form_faults(trajectory, self.robot.arm.dof):
             raise MotionRefusedError(f"The motion is not sent to {self.driver.name}: {'; '.join(faults)}.")
         if np.abs(trajectory.qpos[0] - status.qpos).max() <= self.config.bend_rad:
             trajectory = starting_from(trajectory, status.qpos)
-        planned = stretched(trajectory, max(slowdown, stretch_for(trajectory, self.limits, self.robot)))
+        planned = stretched(trajectory, stretch_for(trajectory, self.limits, self.robot))
         faults = motion_faults(planned, status.qpos, self.driver.start_tolerance_rad, self.limits, self.robot)
         if faults:
             raise MotionRefusedError(f"The motion is not sent to {self.driver.name}: {'; '.join(faults)}.")
         return planned
 
-    def _awaited(self) -> ArmStatus:
-        """The latest status, of an arm that torc does not move: what came while this machine was busy computing may not
-        be read yet. Raises LabError if it stays old.
-        """
-        deadline = time.monotonic() + 2 * self.config.stale_s
-        while time.monotonic() < deadline:
-            status, age_s = self._aged()
-            if age_s <= self.config.stale_s:
+    def _fresh(self, patience_s: float = 0.0) -> ArmStatus:
+        """The latest status. Raises LabError if it stays old, and for one from the future: its age says nothing."""
+        config, deadline = self.config, time.monotonic() + patience_s
+        while True:
+            status = self.driver.status()
+            age_s = time.monotonic() - status.stamp_s
+            if not age_s >= -config.future_s:
+                raise LabError(
+                    f"{self.driver.name} stamps its states {-age_s:.1f} s in the future: a driver's stamp_s is by "
+                    "time.monotonic()."
+                )
+            if age_s <= config.stale_s:
                 return status
-            time.sleep(self.config.period_s)
-        return self._fresh()
+            if time.monotonic() >= deadline:
+                raise LabError(f"{self.driver.name} has said nothing for {age_s:.1f} s.")
+            time.sleep(config.period_s)
 
-    def _fresh(self) -> ArmStatus:
-        """The latest status. Raises LabError if it is old."""
-        status, age_s = self._aged()
-        if age_s > self.config.stale_s:
-            raise LabError(f"{self.driver.name} has said nothing for {age_s:.1f} s.")
-        return status
-
-    def _aged(self) -> tuple[ArmStatus, float]:
-        """The latest status and its age. Raises LabError for one from the future: its age says nothing."""
-        status = self.driver.status()
-        age_s = time.monotonic() - status.stamp_s
-        if not age_s >= -self.config.future_s:
-            raise LabError(
-                f"{self.driver.name} stamps its states {-age_s:.1f} s in the future: a driver's stamp_s is by "
-                "time.monotonic()."
-            )
-        return status, age_s
+    def _awaited(self) -> ArmStatus:
+        """The latest status of an arm that torc does not move: what came while this machine was busy computing may not
+        be read yet.
+        """
+        return self._fresh(2 * self.config.stale_s)
 
     def _settled(self, status: ArmStatus) -> ArmStatus:
         """A status at which the arm is as still as its controller wants it for a start. Raises MotionRefusedError."""

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from lab_helpers.operator_by_script import ScriptedOperator
 from torc.benchmark.preflight import find_planner
 from torc.benchmark.spec import BenchPlanner
 from torc.errors import InputError
@@ -15,9 +16,8 @@ from torc.specs.conditions import Conditions
 from torc.specs.trial import PlannerSpec
 from torc.vlm.config import VlmConfig, parse_vlm
 from torc_lab.bench.judging import UNJUDGED, Verdict, ask_verdict, judged, unjudged
-from torc_lab.bench.planning import plan_lab_bench
+from torc_lab.bench.playing import plan_lab_bench
 from torc_lab.scenes.scene import Scene
-from torc_lab.testing.operator import ScriptedOperator
 
 LAB = SimpleNamespace(conditions=Conditions())
 RESULT = {
@@ -112,7 +112,7 @@ def test_what_the_operator_says_stands_where_the_simulator_says_it(verdict, fact
 
 
 def test_questions_are_asked_again_until_the_answers_make_sense():
-    said, told = [], iter(["x", "9", "2"])
+    told = iter(["x", "9", "2"])
     fell = iter(["3,3", "-1", "99", "0", "4,?,?", "4, ?"])
     operator = ScriptedOperator(
         {
@@ -124,11 +124,11 @@ def test_questions_are_asked_again_until_the_answers_make_sense():
     )
 
     def picks():
-        return ask_verdict(operator.person, scene("cups"), 4, said.append)
+        return ask_verdict(operator.person, scene("cups"), 4)
 
     told = iter(["x", "9", "2", ""])
     assert picks() == Verdict(True, True, 4, (-1, -1, 4), "n")
-    assert sum("no number from 1 to 4" in line for line in said) == 2
-    assert sum("Not numbers" in line for line in said) == 3
-    assert sum("cannot both" in line for line in said) == 1
+    assert sum("no number from 1 to 4" in line for line in operator.said) == 2
+    assert sum("Not numbers" in line for line in operator.said) == 3
+    assert sum("cannot both" in line for line in operator.said) == 1
     assert operator.asked("held") == 0

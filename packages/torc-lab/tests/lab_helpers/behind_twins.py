@@ -5,7 +5,7 @@ import time
 import numpy as np
 
 from torc_lab.robotiq.registers import Object
-from torc_lab.twin.behind import ArmBehind
+from torc_lab.twin.base import ArmBehind
 
 
 class ObedientArm:

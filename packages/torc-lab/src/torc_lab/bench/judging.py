@@ -1,6 +1,6 @@
 """What sensors cannot tell, a person does: what fell, and whether the target was retrieved."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -40,19 +40,17 @@ def unjudged(result: Mapping[str, Any]) -> dict[str, Any]:
     return {**result, "status": UNJUDGED, "cause": UNJUDGED, "error": error}
 
 
-def ask_verdict(person: Person, scene: Scene, picks: int, say: Callable[[str], None] = print) -> Verdict:
+def ask_verdict(person: Person, scene: Scene, picks: int) -> Verdict:
     """Asks what came of a trial with so many picks."""
     target = scene.wanted.description or "the target"
     while True:
         retrieved = person.ask(f"Is {target} in the bin?")
-        pick = (
-            _number(person, f"With which pick did it come, 1 to {picks}?", picks, say) if retrieved else None
-        )
+        pick = _number(person, f"With which pick did it come, 1 to {picks}?", picks) if retrieved else None
         held = retrieved or person.ask("Was it held in the hand after a lift?")
-        fell = _fallen(person, say)
+        fell = _fallen(person)
         if not (retrieved and TARGET_ID in fell):
             break
-        say("The target (0) cannot both be in the bin and have fallen off the table.")
+        person.say("The target (0) cannot both be in the bin and have fallen off the table.")
     return Verdict(retrieved, held, pick, fell, person.ask_text("Anything else to note? Enter for nothing."))
 
 
@@ -85,16 +83,16 @@ def _end(result: Mapping[str, Any], verdict: Verdict) -> EndReason:
     return EndReason.WRONG_OBJECT if felt is EndReason.RETRIEVED else felt
 
 
-def _number(person: Person, question: str, most: int, say: Callable[[str], None]) -> int:
+def _number(person: Person, question: str, most: int) -> int:
     """A number from 1 on; the last one, if nothing is said."""
     while True:
         text = person.ask_text(f"{question} Enter for {most}.").strip()
         if not text or (text.isdecimal() and 1 <= int(text) <= most):
             return int(text or most)
-        say(f"'{text}' is no number from 1 to {most}.")
+        person.say(f"'{text}' is no number from 1 to {most}.")
 
 
-def _fallen(person: Person, say: Callable[[str], None]) -> tuple[int, ...]:
+def _fallen(person: Person) -> tuple[int, ...]:
     """What fell, rising; what has no number comes first."""
     question = (
         "What fell off the table? Numbers of the scene's picture, 0 for the target, ? for one without a number; "
@@ -106,4 +104,4 @@ def _fallen(person: Person, say: Callable[[str], None]) -> tuple[int, ...]:
         unknown = words.count("?")
         if len(known) + unknown == len(words) and len(set(known)) == len(known):
             return (*[_UNKNOWN] * unknown, *sorted(known))
-        say(f"Not numbers, each once, or ?: {', '.join(words)}.")
+        person.say(f"Not numbers, each once, or ?: {', '.join(words)}.")

@@ -1,27 +1,70 @@
-"""Plays what is left of a comparison on a real robot, with a person who lays out, confirms and tells."""
+"""A comparison on a real robot: its trials and their order, and playing them with a person who lays out, confirms and
+judges.
+"""
 
 import json
 import shutil
-from collections.abc import Callable, Mapping
-from contextlib import suppress
+import zlib
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+import torc
 from torc import InputError, TorcError
-from torc.benchmark.spec import BenchSpec, PlannedTrial
+from torc.benchmark.preflight import find_around
+from torc.benchmark.rows import REAL
+from torc.benchmark.spec import BenchPlanner, BenchProblem, BenchSpec, PlannedTrial, make_spec
 from torc.benchmark.store import TRIAL, Store
 from torc.episode.events import Event, Executed, Halted, Looked
 from torc.io.reading import read_text
 from torc.io.results import write_json
+from torc.pipeline.planners import refuse_simulated
 from torc.vlm.cache import CacheConfig
 from torc_lab.bench.judging import UNJUDGED, ask_verdict, judged, unjudged
 from torc_lab.lab_file import Lab
 from torc_lab.person import Confirming, Person
 from torc_lab.retrieval import Operation, retrieve
-from torc_lab.scenes.laying_out import THRESHOLD, Layout, Screen, lay_out
+from torc_lab.scenes.laying_out import THRESHOLD, lay_out
 from torc_lab.scenes.scene import Scene
+
+if TYPE_CHECKING:
+    from torc.web.camera_page import CameraBoard
+
+
+def plan_lab_bench(
+    lab: Lab, scenes: Sequence[Scene], planners: Sequence[BenchPlanner], repeats: int, order_seed: int = 0
+) -> BenchSpec:
+    """Every planner in every scene, several times, scene by scene. In a scene every round has each planner once, in an
+    order that `order_seed`, the scene and the round decide: neither the light nor who lays out gets used to one.
+
+    The repeat is the seed of the trial. Raises InputError: two scenes of one name, planners that know the simulation,
+    or nothing to play.
+    """
+    names = [scene.name for scene in scenes]
+    if twice := sorted({name for name in names if names.count(name) > 1}):
+        raise InputError(
+            f"More than one scene is called {', '.join(twice)}: rename a directory and store it again."
+        )
+    if repeats < 1:
+        raise InputError("--repeats must be at least 1.")
+    for planner in planners:
+        refuse_simulated(planner.spec.name)
+        if planner.spec.vlm is not None and planner.spec.vlm.simulated:
+            raise InputError("A simulated model answers by the simulator's truth, which no real scene has.")
+    problems = [BenchProblem(scene.problem, REAL, scene.digest, shipped=False) for scene in scenes]
+    spec = make_spec(problems, planners, range(repeats), find_around(lab.conditions), torc.__version__)
+    by_cell = {trial.cell: trial for trial in spec.trials}
+    ordered = []
+    for problem in problems:
+        for round_ in range(repeats):
+            rng = np.random.default_rng([order_seed, zlib.crc32(problem.name.encode()), round_])
+            labels = [planners[k].label for k in rng.permutation(len(planners))]
+            ordered += [by_cell[label, problem.name, round_] for label in labels]
+    return BenchSpec(spec.around, tuple(ordered))
 
 
 @dataclass(frozen=True)
@@ -32,8 +75,8 @@ class LabBench:
         store: of the caller, who has locked it; `spec` is what it holds.
         scenes: by the name that stands for the problem's.
         confirm: before which motions the person is asked.
-        screen: where the live picture is shown, if anywhere.
-        say: told a line of text. It does not tell which planner plays: who judges should not know.
+        board: where the live picture is shown, if anywhere.
+        person: is not told which planner plays: who judges should not know.
     """
 
     lab: Lab
@@ -43,9 +86,8 @@ class LabBench:
     person: Person
     confirm: Confirming = "motion"
     threshold: float = THRESHOLD
-    screen: Screen | None = None
+    board: "CameraBoard | None" = None
     vlm_cache: CacheConfig | None = None
-    say: Callable[[str], None] = print
 
     def play(self, limit: int | None = None) -> int:
         """Plays what is missing, at most `limit` trials; how many were completed. A trial that was interrupted, or in
@@ -60,14 +102,14 @@ class LabBench:
         while (left := self.store.left(self.spec)) and (limit is None or done < limit):
             trial = left[0]
             place = f"{self.spec.trials.index(trial) + 1} of {len(self.spec.trials)}"
-            self.say(f"\nTrial {place}: scene {self._scene(trial).name}.")
+            self.person.say(f"\nTrial {place}: scene {self._scene(trial).name}.")
             try:
                 status = self._play_one(trial)
             except TorcError as error:
                 if self._is_unjudged(trial):
                     raise
                 status = "errored"
-                self.say(f"It did not begin: {error}")
+                self.person.say(f"It did not begin: {error}")
             if status is None:
                 break
             done += status == "completed"
@@ -78,7 +120,7 @@ class LabBench:
     def _play_one(self, trial: PlannedTrial) -> str | None:
         """How it ended; None if the person stops before it began."""
         scene, person = self._scene(trial), self.person
-        layout = lay_out(self.lab, scene, person, self.threshold, self.screen, self.say)
+        layout = lay_out(self.lab, scene, person, self.threshold, self.board)
         if layout is None or not person.ask("Step back, the e-stop in your hand. The robot begins. Go?"):
             return None
         work = self.store.work(trial)
@@ -92,17 +134,18 @@ class LabBench:
             Operation(self.confirm, person.ask),
             listeners=[self._tell],
             vlm_cache=self.vlm_cache,
-            say=self.say,
+            say=self.person.say,
         )
         if played.directory != work / TRIAL:
             raise KeyboardInterrupt  # it was taken for the end of the trial, but was meant for all
-        result = {**played.result.plain, **_around(scene, layout, began)}
+        about = {"scene": scene.name, "began": began, "layout": layout.facts()}
+        result = {**played.result.plain, **about}
         completed = result["status"] == "completed"
         write_json(played.directory / "result.json", unjudged(result) if completed else result)
         self.store.accept(trial, work, None)
         if completed:
             return self._judge(trial)
-        self.say(f"{result['status']}: {result.get('error') or '; '.join(result.get('halts', ()))}")
+        self.person.say(f"{result['status']}: {result.get('error') or '; '.join(result.get('halts', ()))}")
         return str(result["status"])
 
     def _ask_for_verdicts(self) -> None:
@@ -114,7 +157,7 @@ class LabBench:
             if self.person.ask(f"A trial was played ({what}), but not judged. Do you know what came of it?"):
                 self._judge(trial)
             else:
-                self.say("Then it is played again.")
+                self.person.say("Then it is played again.")
 
     def _is_unjudged(self, trial: PlannedTrial) -> bool:
         result = self.store.result(trial)
@@ -123,7 +166,7 @@ class LabBench:
     def _judge(self, trial: PlannedTrial) -> str:
         path = self.store.directory(trial) / "result.json"
         result: dict[str, Any] = json.loads(read_text(path))
-        verdict = ask_verdict(self.person, self._scene(trial), max(1, int(result["picks"])), self.say)
+        verdict = ask_verdict(self.person, self._scene(trial), max(1, int(result["picks"])))
         write_json(path, judged(result, verdict))
         return "completed"
 
@@ -134,16 +177,14 @@ class LabBench:
         """Tells what happens, but neither who plays nor why."""
         match event:
             case Looked():
-                self.say(f"Pick {event.pick + 1}: {len(event.look.context.scene.objects)} objects in sight.")
+                self.person.say(
+                    f"Pick {event.pick + 1}: {len(event.look.context.scene.objects)} objects in sight."
+                )
             case Executed():
                 detail = f": {event.outcome.detail}" if event.outcome.detail else ""
-                self.say(f"  {event.outcome.result.value}{detail}")
+                self.person.say(f"  {event.outcome.result.value}{detail}")
             case Halted():
-                self.say(f"  halted: {event.reason}")
-
-
-def _around(scene: Scene, layout: Layout, began: str) -> dict[str, Any]:
-    return {"scene": scene.name, "began": began, "layout": layout.facts()}
+                self.person.say(f"  halted: {event.reason}")
 
 
 def keep_scenes(store: Store, directories: Mapping[str, Path]) -> None:
@@ -154,8 +195,7 @@ def keep_scenes(store: Store, directories: Mapping[str, Path]) -> None:
             continue
         aside = place.with_name(name + ".partial")
         try:
-            with suppress(FileNotFoundError):
-                shutil.rmtree(aside)
+            shutil.rmtree(aside, ignore_errors=True)
             shutil.copytree(directory, aside)
             aside.rename(place)
         except OSError as error:

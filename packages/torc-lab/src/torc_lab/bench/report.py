@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from math import comb
 
 from scipy.stats import fisher_exact
@@ -162,19 +163,14 @@ def _some(count: int, what: str) -> str:
 
 def _layouts(rows: Sequence[TrialRow]) -> Iterator[str]:
     """How the scenes were accepted, as far as the trials are there."""
-    found = [layout for row in rows if row.completed for layout in _layout(row)]
+    found = []
+    for row in rows:
+        with suppress(OSError, ValueError, KeyError, TypeError):
+            layout = json.loads(read_text(row.directory / "result.json"))["layout"]
+            found += [layout] if row.completed and isinstance(layout, dict) else []
     if found:
         by_word = sum(layout.get("accepted_by") == "word" for layout in found)
         yield (
             f"Laid out by the overlap of every object: {len(found) - by_word} of {len(found)} trials; by the "
             f"operator's word: {by_word}."
         )
-
-
-def _layout(row: TrialRow) -> Iterator[dict[str, object]]:
-    try:
-        result = json.loads(read_text(row.directory / "result.json"))
-    except (OSError, ValueError):
-        return
-    if isinstance(result, dict) and isinstance(result.get("layout"), dict):
-        yield result["layout"]

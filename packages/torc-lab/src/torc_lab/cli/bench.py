@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import tyro
 
 from torc.cli.planner_options import planners_of
-from torc.cli.printing import printable, split_names, tell
+from torc.cli.printing import split_names, tell
 from torc.cli.vlm_options import VlmOptions
 from torc.cli.web_page import PageOptions
-from torc_lab.cli.screen import page_screen
 
 if TYPE_CHECKING:
     from torc.benchmark.spec import BenchSpec
@@ -68,7 +67,7 @@ class LabBenchCommand:
         """Play; returns the exit code."""
         from torc import InputError
         from torc.benchmark.store import Store
-        from torc_lab.bench.planning import plan_lab_bench
+        from torc_lab.bench.playing import plan_lab_bench
         from torc_lab.lab_file import load_lab
         from torc_lab.scenes.scene import load_scene
 
@@ -93,33 +92,21 @@ class LabBenchCommand:
         from torc.benchmark.manifest import begin_call, end_call
         from torc_lab.bench.playing import LabBench, keep_scenes
         from torc_lab.person import Person
+        from torc_lab.scenes.laying_out import live_page
 
         scenes = {scene.problem: scene for scene in found.values()}
         store.extend(spec, {})
         keep_scenes(store, {scene.name: directory for directory, scene in found.items()})
-        facts = {
-            "lab": lab.name,
-            "robot": lab.robot.name,
-            "speed": lab.safety.speed,
-            "threshold": self.threshold,
-        }
-        begin_call(store.root, **facts, confirm=self.confirm, order_seed=self.order_seed)
-        tell(f"{len(spec.trials)} trials, {len(store.left(spec))} to play. Ctrl-C stops the arm.")
+        facts = {"lab": lab.name, "robot": lab.robot.name, "speed": lab.safety.speed}
+        own = {"threshold": self.threshold, "confirm": self.confirm, "order_seed": self.order_seed}
+        begin_call(store.root, **facts, **own)
         before = len(store.left(spec))
+        tell(f"{len(spec.trials)} trials, {before} to play. Ctrl-C stops the arm.")
         try:
-            with page_screen(self.page, self.page_options) as screen:
-                LabBench(
-                    lab,
-                    store,
-                    spec,
-                    scenes,
-                    Person(),
-                    self.confirm,
-                    self.threshold,
-                    screen,
-                    self.vlm.cache(),
-                    lambda text: print(printable(text), flush=True),
-                ).play(self.limit)
+            with live_page(self.page, self.page_options) as board:
+                cache, person = self.vlm.cache(), Person()
+                bench = LabBench(lab, store, spec, scenes, person, self.confirm, self.threshold, board, cache)
+                bench.play(self.limit)
         except KeyboardInterrupt:
             tell("Stopped. The same command goes on from here.")
             raise

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from torc_lab.calibration.hand_eye import HandEye
     from torc_lab.calibration.marker import TableMarker
     from torc_lab.calibration.pose_frames import PoseFrame
-    from torc_lab.calibration.session import Album
-    from torc_lab.lab_file import Lab
 
 
 @dataclass(frozen=True)
@@ -102,10 +100,12 @@ class CalibrateCommand:
         with self.out.open("a"):  # twenty pictures later is too late to learn that it cannot be written
             pass
         if self.samples is not None:
-            return self._by_samples(self.samples)
-        if self.poses_file is not None and self.pictures is not None and self.intrinsics is not None:
-            return self._by_pictures(self.poses_file, self.pictures, self.intrinsics)
-        return self._by_arm()
+            self._by_samples(self.samples)
+        elif self.poses_file is not None and self.pictures is not None and self.intrinsics is not None:
+            self._by_pictures(self.poses_file, self.pictures, self.intrinsics)
+        else:
+            self._by_arm()
+        return 0
 
     def _check(self) -> None:
         """Raises InputError for options that do not fit together."""
@@ -123,13 +123,33 @@ class CalibrateCommand:
         if self.samples is None and self.poses_file is None and (self.frame or self.base_turn_deg):
             raise InputError("--frame and --base-turn-deg are for --poses-file and --samples.")
 
-    def _by_arm(self) -> int:
+    def _by_arm(self) -> None:
+        from torc_lab.calibration.guided import collect_guided
         from torc_lab.calibration.hand_eye import solve_hand_eye
         from torc_lab.calibration.marker import placed_marker
+        from torc_lab.calibration.session import collect_views
+        from torc_lab.cameras.kinds import open_camera
+        from torc_lab.devices import close_camera, connect_arm, limits, stop_and_close
         from torc_lab.lab_file import load_lab
+        from torc_lab.person import ask_in_terminal
+        from torc_lab.supervisor import SupervisedArm
 
         lab, board = load_lab(self.lab), self.options.board()
-        album = self._album(lab, board)
+        with ExitStack() as stack:
+            camera = open_camera(lab.conditions)
+            stack.callback(close_camera, camera)
+            driver = connect_arm(lab)
+            stack.callback(stop_and_close, driver)
+            if self.jog:
+                arm, where = lab.robot.arm, lambda: driver.status().qpos
+                album = collect_views(
+                    camera, where, arm, board, self.poses, ask_in_terminal, print, self.mount
+                )
+            else:
+                supervised = SupervisedArm(driver, lab.robot, limits(lab))
+                album = collect_guided(
+                    lab, camera, supervised, board, self.poses, ask_in_terminal, print, self.mount
+                )
         found = solve_hand_eye(album.views, board, album.K, self.mount)
         fixed = self.mount == "fixed"
         marker = placed_marker(album.markers, album.K, found.T_camera) if fixed else None
@@ -138,78 +158,45 @@ class CalibrateCommand:
             print(
                 "No marker was seen on the table: `torc lab check` will not notice a camera that was moved."
             )
-        return 0
 
-    def _by_pictures(self, poses: Path, pictures: Path, numbers: tuple[float, float, float, float]) -> int:
+    def _by_pictures(self, poses: Path, pictures: Path, numbers: tuple[float, float, float, float]) -> None:
         import numpy as np
 
         from torc.pipeline.frames.plausibility import check_intrinsics
         from torc_lab.calibration.hand_eye import solve_hand_eye
         from torc_lab.calibration.stored import views_of_pictures
 
-        board = self.options.board()
-        frame = self._frame_of_list()
-        views, (width, height) = views_of_pictures(poses, pictures, board, frame)
+        board, frame = self.options.board(), self._frame()
+        # A list does not say in which frame its poses are: that has to be given, or be the only one that there is.
+        known = frame if self.frame or frame.is_world else None
+        views, (width, height) = views_of_pictures(poses, pictures, board, known)
         fx, fy, cx, cy = numbers
         K = np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]])
         check_intrinsics("--intrinsics", K, (height, width))
-        self._write(solve_hand_eye(views, board, K, self.mount), len(views), None)
-        if frame is not None:
-            print(f"Poses not named T_world_tool0 were read in {frame.words}.")
-        return 0
+        self._write(solve_hand_eye(views, board, K, self.mount), len(views))
+        if known is not None:
+            print(f"Poses not named T_world_tool0 were read in {known.words}.")
 
-    def _by_samples(self, path: Path) -> int:
+    def _by_samples(self, path: Path) -> None:
         from torc_lab.calibration.hand_eye import solve_samples
-        from torc_lab.calibration.pose_frames import PoseFrame
         from torc_lab.calibration.stored import samples_of_easy_handeye
 
-        frame = PoseFrame() if self.frame == "world" else self._base_frame()
+        frame = self._frame()
         samples = samples_of_easy_handeye(path, self.mount, frame)
-        self._write(solve_samples(samples, self.mount), len(samples), None)
+        self._write(solve_samples(samples, self.mount), len(samples))
         print(f"The samples' robot_base_frame was taken to be {frame.words}.")
-        return 0
 
-    def _base_frame(self) -> PoseFrame:
-        from torc_lab.calibration.pose_frames import base_frame
+    def _frame(self) -> PoseFrame:
+        """The frame of recorded poses: the base, if it is not given."""
+        from torc_lab.calibration.pose_frames import PoseFrame, base_frame
         from torc_lab.lab_file import load_lab
-
-        return base_frame(load_lab(self.lab).robot.arm, self.base_turn_deg)
-
-    def _frame_of_list(self) -> PoseFrame | None:
-        """The frame of poses in a list, which do not say it: None if it is not given and the base is not the world."""
-        from torc_lab.calibration.pose_frames import PoseFrame
 
         if self.frame == "world":
             return PoseFrame()
-        base = self._base_frame()
-        return base if self.frame == "base" or base.is_world else None
+        return base_frame(load_lab(self.lab).robot.arm, self.base_turn_deg)
 
-    def _write(self, found: HandEye, count: int, marker: TableMarker | None) -> None:
+    def _write(self, found: HandEye, count: int, marker: TableMarker | None = None) -> None:
         from torc_lab.calibration.session import calibration_text, report
 
         self.out.write_text(calibration_text(found, count, marker), encoding="utf-8")
         print(report(found, str(self.out)))
-
-    def _album(self, lab: Lab, board: Board) -> Album:
-        from torc_lab.calibration.guided import collect_guided
-        from torc_lab.calibration.session import collect_views
-        from torc_lab.cameras.kinds import open_camera
-        from torc_lab.devices import close_camera, connect_arm, limits, stop_and_close
-        from torc_lab.person import ask_in_terminal
-        from torc_lab.supervisor import SupervisedArm
-
-        with ExitStack() as stack:
-            camera = open_camera(lab.conditions)
-            stack.callback(close_camera, camera)
-            driver = connect_arm(lab)
-            stack.callback(stop_and_close, driver)
-            if self.jog:
-                arm = lab.robot.arm
-                where = lambda: driver.status().qpos  # noqa: E731
-                return collect_views(
-                    camera, where, arm, board, self.poses, ask_in_terminal, print, self.mount
-                )
-            supervised = SupervisedArm(driver, lab.robot, limits(lab))
-            return collect_guided(
-                lab, camera, supervised, board, self.poses, ask_in_terminal, print, self.mount
-            )

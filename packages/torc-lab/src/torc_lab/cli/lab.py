@@ -110,8 +110,7 @@ class TwinCommand:
         """Run until Ctrl-C."""
         from torc import load_problem
         from torc_lab.lab_file import load_lab
-        from torc_lab.twin.faults import FAULTS, SCENE
-        from torc_lab.twin.rehearsal import rehearsal, write_lab
+        from torc_lab.twin.rehearsal import ACTIONS, FAULTS, rehearsal, write_lab
 
         problem = load_problem(self.problem)
         with rehearsal(load_lab(self.lab), problem) as there:
@@ -120,9 +119,9 @@ class TwinCommand:
             if self.references is not None:
                 print(_write_references(problem, self.references))
             width = max(map(len, FAULTS))
-            print("Type one of these, `recover`, or `truth`; Ctrl-C ends the twins.")
-            words = {**FAULTS, **SCENE}.items()
-            print("\n".join(f"  {name:<{width}}  {what}" for name, (what, _) in words), flush=True)
+            print("Type one of these, or `truth`; Ctrl-C ends the twins.")
+            for name, (what, _) in {**FAULTS, **ACTIONS}.items():
+                print(f"  {name:<{width}}  {what}", flush=True)
             with suppress(KeyboardInterrupt):
                 _obey(there, sys.stdin)
                 threading.Event().wait()  # its input ended: it runs as a service
@@ -131,9 +130,9 @@ class TwinCommand:
 
 def _obey(there: Rehearsal, lines: Iterable[str]) -> None:
     """Does what is typed."""
-    from torc_lab.twin.faults import FAULTS, SCENE, recover
+    from torc_lab.twin.rehearsal import ACTIONS, FAULTS
 
-    words = {**FAULTS, **SCENE}
+    words = {**FAULTS, **ACTIONS}
     for line in lines:
         word = line.strip().lower()
         if word == "truth":
@@ -142,12 +141,10 @@ def _obey(there: Rehearsal, lines: Iterable[str]) -> None:
                 f"In the bin: {list(truth.in_bin)}; dropped: {list(truth.dropped)}; the target has id 0.",
                 flush=True,
             )
-        elif word == "recover":
-            recover(there)
         elif word in words:
             words[word][1](there)
         elif word:
-            print(f"'{printable(word)}' is none of {', '.join([*words, 'recover', 'truth'])}.", flush=True)
+            print(f"'{printable(word)}' is none of {', '.join([*words, 'truth'])}.", flush=True)
 
 
 def _write_references(problem: Problem, directory: Path) -> str:

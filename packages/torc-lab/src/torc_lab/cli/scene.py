@@ -6,10 +6,8 @@ from typing import Annotated
 
 import tyro
 
-from torc.cli.printing import printable
 from torc.cli.wanted import wanted_of
 from torc.cli.web_page import PageOptions
-from torc_lab.cli.screen import page_screen
 
 
 @dataclass(frozen=True)
@@ -63,23 +61,25 @@ class SceneCommand:
 
     def _store(self) -> int:
         from torc_lab.lab_file import load_lab
-        from torc_lab.person import Person
-        from torc_lab.scenes.laying_out import await_rest_pose, open_eyes
+        from torc_lab.person import Person, say_in_terminal
+        from torc_lab.scenes.laying_out import check_rest_pose, open_eyes
         from torc_lab.scenes.overlap import measure_overlap
         from torc_lab.scenes.scene import SEEN, check_scene_place, record_scene, save_scene
 
         wanted = wanted_of(self.target, self.reference, self.mark, self.target_size)
         check_scene_place(self.scene, self.overwrite)
         lab = load_lab(self.lab)
-        await_rest_pose(lab, Person())
+        check_rest_pose(lab, Person())
         with open_eyes(lab) as eyes:
-            scene, found = record_scene(self.scene.name, lab, wanted, eyes, say=self._say)
+            scene, found = record_scene(self.scene.name, lab, wanted, eyes)
             again = measure_overlap(scene.reference, eyes.look(), lab.workspace.grid)
         save_scene(scene, self.scene, self.overwrite, found)
         sight = "in sight" if scene.target_in_sight else "not in sight"
-        self._say(f"{len(scene.ids)} objects; the target is {sight}. {self.scene / SEEN} has their numbers.")
+        say_in_terminal(
+            f"{len(scene.ids)} objects; the target is {sight}. {self.scene / SEEN} has their numbers."
+        )
         for fault in again.faults(self.threshold):
-            self._say(
+            say_in_terminal(
                 f"Nothing moved, and yet: {fault}. Such an object cannot be judged at {self.threshold:g}."
             )
         return 0
@@ -87,13 +87,10 @@ class SceneCommand:
     def _lay_out(self) -> int:
         from torc_lab.lab_file import load_lab
         from torc_lab.person import Person
-        from torc_lab.scenes.laying_out import lay_out
+        from torc_lab.scenes.laying_out import lay_out, live_page
         from torc_lab.scenes.scene import load_scene
 
         lab, scene = load_lab(self.lab), load_scene(self.scene)
-        with page_screen(self.page, self.page_options) as screen:
-            layout = lay_out(lab, scene, Person(), self.threshold, screen, self._say)
+        with live_page(self.page, self.page_options) as board:
+            layout = lay_out(lab, scene, Person(), self.threshold, board)
         return 1 if layout is None else 0
-
-    def _say(self, text: str) -> None:
-        print(printable(text), flush=True)

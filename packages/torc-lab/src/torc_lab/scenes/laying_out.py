@@ -2,44 +2,34 @@
 
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, suppress
-from dataclasses import dataclass
-from typing import Any, Literal, Protocol
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Literal
 
-import numpy as np
-from jaxtyping import UInt8
-
-from torc import InputError, Observation, TorcError
+from torc import InputError, Observation
+from torc.cli.web_page import PageOptions
 from torc.records import TARGET_ID
 from torc_lab.cameras.kinds import open_camera
-from torc_lab.devices import close_arm, close_camera, connect_arm, is_at_rest_pose
+from torc_lab.devices import close_arm, close_camera, connect_arm
 from torc_lab.lab_file import Lab
-from torc_lab.person import Person
-from torc_lab.protocols import LabError
+from torc_lab.person import Person, await_rest_pose
 from torc_lab.scenes.hints import hint
 from torc_lab.scenes.overlap import Overlap, measure_overlap
 from torc_lab.scenes.overlay import overlay
 from torc_lab.scenes.scene import Eyes, Scene
+from torc_lab.screen import LiveView, picture_page, show_next
+
+if TYPE_CHECKING:
+    from torc.web.camera_page import CameraBoard
 
 THRESHOLD = 0.8
 """Least overlap of each object: about a centimetre of an object of usual size (docs/laboratory.md)."""
-_IDLE_S, _AFTER_TROUBLE_S = 0.1, 1.0
 _STOP, _ACCEPT = "stop", "accept"
-
-
-class Screen(Protocol):
-    """Where a live picture is shown, for instance a page in a browser."""
-
-    @property
-    def watched(self) -> bool:
-        """Whether somebody looks."""
-
-    def show(self, rgb: UInt8[np.ndarray, "h w 3"], facts: dict[str, str]) -> None:
-        """The next picture, with facts by name."""
-
-    def trouble(self, text: str) -> None:
-        """Why there is no picture now."""
+_TASK = (
+    "Lay the scene out: green is in its place, orange nearly, red not; there the reference shines through. When all is "
+    "green, go on in the terminal."
+)
 
 
 @dataclass(frozen=True)
@@ -71,42 +61,37 @@ class Layout:
         }
 
 
+@dataclass(frozen=True)
 class View:
     """What the camera sees of a scene, measured; for several threads."""
 
-    def __init__(self, lab: Lab, scene: Scene, eyes: Eyes, threshold: float) -> None:
-        self._grid, self._scene, self._eyes = lab.workspace.grid, scene, eyes
-        self.threshold = threshold
-        self._lock = threading.Lock()
+    lab: Lab
+    scene: Scene
+    eyes: Eyes
+    threshold: float
+    lock: threading.Lock = field(default_factory=threading.Lock)
 
     def measure(self) -> tuple[Overlap, dict[str, str]]:
         """How far what is there now is as it was, and what to tell of it. Raises LabError, InputError, CameraError,
         PartError.
         """
-        with self._lock:
-            self._eyes.look()  # it may have been on its way before anybody asked
-        seen, found = self._look()
-        return found, self._told(seen, found)
+        with self.lock:
+            self.eyes.look()  # it may have been on its way before anybody asked
+        _, found, facts = self._look()
+        return found, facts
 
-    def show_on(self, screen: Screen) -> None:
-        """One look for a screen; trouble is shown there."""
-        try:
-            seen, found = self._look()
-        except TorcError as error:
-            screen.trouble(str(error))
-            time.sleep(_AFTER_TROUBLE_S)
-            return
-        picture = overlay(self._scene.reference, seen, found, self.threshold)
-        screen.show(picture, self._told(seen, found))
+    def picture(self) -> LiveView:
+        """One look for a page. Raises what `measure` raises."""
+        seen, found, facts = self._look()
+        return overlay(self.scene.reference, seen, found, self.threshold), facts
 
-    def _told(self, seen: Observation, found: Overlap) -> dict[str, str]:
+    def _look(self) -> tuple[Observation, Overlap, dict[str, str]]:
+        with self.lock:
+            seen = self.eyes.look()
+        reference = self.scene.reference
+        found = measure_overlap(reference, seen, self.lab.workspace.grid)
         off = [k for k, value in found.objects.items() if value < self.threshold]
-        return told(found, self.threshold, {k: hint(self._scene.reference, seen, k) for k in off})
-
-    def _look(self) -> tuple[Observation, Overlap]:
-        with self._lock:
-            seen = self._eyes.look()
-        return seen, measure_overlap(self._scene.reference, seen, self._grid)
+        return seen, found, told(found, self.threshold, {k: hint(reference, seen, k) for k in off})
 
 
 def told(found: Overlap, threshold: float, hints: Mapping[int, str]) -> dict[str, str]:
@@ -129,19 +114,25 @@ def open_eyes(lab: Lab) -> Iterator[Eyes]:
         close_camera(camera)
 
 
-def await_rest_pose(lab: Lab, person: Person) -> None:
+def check_rest_pose(lab: Lab, person: Person) -> None:
     """Waits until the arm is where it does not hide the table; moves nothing. Raises LabError if it cannot be reached,
     or nobody brings it there.
     """
     arm = connect_arm(lab)
     try:
-        while not is_at_rest_pose(lab, arm.status().qpos):
-            if not person.ask(
-                "The arm is not at its rest pose: it may hide the table. Bring it there. Ready?"
-            ):
-                raise LabError("The arm is not at its rest pose: it would hide the table from the camera.")
+        await_rest_pose(lab, lambda: arm.status().qpos, person.ask)
     finally:
         close_arm(arm)
+
+
+@contextmanager
+def live_page(wanted: bool, options: PageOptions) -> Iterator["CameraBoard | None"]:
+    """The page beside which a scene is laid out, if one is wanted. Raises MissingDependencyError, InputError."""
+    if not wanted:
+        yield None
+        return
+    with picture_page(options, _TASK) as board:
+        yield board
 
 
 def lay_out(
@@ -149,49 +140,45 @@ def lay_out(
     scene: Scene,
     person: Person,
     threshold: float = THRESHOLD,
-    screen: Screen | None = None,
-    say: Callable[[str], None] = print,
+    board: "CameraBoard | None" = None,
 ) -> Layout | None:
     """Guides the person until every object overlaps by the threshold, or the person's word; None if the person stops.
 
     Nothing moves: of the devices the camera is open, the arm's pose is read before. While it waits for the person, the
-    screen shows the live picture. Raises LabError, InputError, CameraError, PartError.
+    board shows the live picture. Raises LabError, InputError, CameraError, PartError.
     """
     if not 0 < threshold <= 1:
         raise InputError(f"The threshold of the overlap is above 0 and at most 1, not {threshold}.")
     began, measured = time.monotonic(), 0
-    await_rest_pose(lab, person)
+    check_rest_pose(lab, person)
     question = f"Lay out '{scene.name}'. Enter: measure; {_ACCEPT}: take it as it is; {_STOP}: end."
-    with open_eyes(lab) as eyes, _shown(View(lab, scene, eyes, threshold), screen) as view:
+    with open_eyes(lab) as eyes, _shown(View(lab, scene, eyes, threshold), board) as view:
         while True:
             answer = person.ask_text(question).strip().lower()
             if answer == _STOP:
                 return None
             if answer not in ("", _ACCEPT):
-                say(f"'{answer}' is none of Enter, {_ACCEPT} and {_STOP}.")
+                person.say(f"'{answer}' is none of Enter, {_ACCEPT} and {_STOP}.")
                 continue
             (found, facts), measured = view.measure(), measured + 1
             for name, fact in facts.items():
-                say(f"  {name}: {fact}")
+                person.say(f"  {name}: {fact}")
             if found.fits(threshold) or answer == _ACCEPT:
                 by: Literal["overlap", "word"] = "overlap" if found.fits(threshold) else "word"
                 return Layout(by, found, threshold, measured, time.monotonic() - began)
 
 
 @contextmanager
-def _shown(view: View, screen: Screen | None) -> Iterator[View]:
-    """Shows it on a screen during the `with`, while somebody looks there."""
-    if screen is None:
+def _shown(view: View, board: "CameraBoard | None") -> Iterator[View]:
+    """Shows it on a page during the `with`, while somebody looks there."""
+    if board is None:
         yield view
         return
     ending = threading.Event()
 
     def show() -> None:
         while not ending.is_set():
-            if screen.watched:
-                view.show_on(screen)
-            else:
-                ending.wait(_IDLE_S)
+            show_next(board, view.picture)
 
     thread = threading.Thread(target=show, name="torc-layout", daemon=True)
     thread.start()
@@ -200,5 +187,4 @@ def _shown(view: View, screen: Screen | None) -> Iterator[View]:
     finally:
         ending.set()
         thread.join()
-        with suppress(TorcError):
-            screen.trouble("The scene is not being laid out now.")
+        board.trouble("The scene is not being laid out now.")

@@ -18,29 +18,18 @@ from torc.geometry.transforms import unproject
 from torc.records import BACKGROUND, Capture, VoxelGrid
 
 _FAR = np.float32(1e6)
-
-
-@dataclass(frozen=True)
-class OverlapConfig:
-    """When a pixel shows the same surface.
-
-    Attributes:
-        same_m, same_share: depths this close, or within this share of the depth, are the same.
-        lightness, hue: colours (CIELAB, 8 bits) this close are the same; shadows of others change lightness.
-        slack_px: a neighbour this near may match as well: edges flicker.
-        around_px: so near to an object nothing counts as new, in a picture 480 pixels high.
-        new_share: share of the picture that a new thing has.
-        table: least share of the table that is where it was.
-    """
-
-    same_m: float = 0.008
-    same_share: float = 0.012
-    lightness: float = 90.0
-    hue: float = 25.0
-    slack_px: int = 1
-    around_px: int = 10
-    new_share: float = 5e-4
-    table: float = 0.8
+_SAME_M, _SAME_SHARE = 0.008, 0.012
+"""Depths this close, or within this share of the depth, are the same."""
+_SAME_COLOR = np.array([90, 25, 25], np.float32)
+"""Colours (CIELAB, 8 bits) this close are the same; shadows of others change lightness."""
+_AROUND = np.ones((3, 3), np.uint8)
+"""Pixels around one that may match as well: edges flicker."""
+_BESIDE_PX = 10
+"""So near to an object nothing counts as new, in a picture 480 pixels high."""
+_NEW_SHARE = 5e-4
+"""Share of the picture that a new thing has."""
+_LEAST_TABLE = 0.8
+"""Least share of the table that is where it was."""
 
 
 @dataclass(frozen=True)
@@ -77,32 +66,29 @@ class Overlap:
         return told
 
 
-def measure_overlap(
-    stored: Capture, seen: Observation, grid: VoxelGrid, config: OverlapConfig | None = None
-) -> Overlap:
+def measure_overlap(stored: Capture, seen: Observation, grid: VoxelGrid) -> Overlap:
     """Compare a snapshot with a stored reference, whose label image holds the objects' masks, within `grid` (world).
 
     Raises InputError for pictures of another size or lens, and for a reference without masks.
     """
-    config = config or OverlapConfig()
     reference, label = stored.observation, _checked_label(stored, seen)
-    same = _same_depth(reference.depth_m, seen.depth_m, config) & _same_color(reference, seen, label, config)
+    same = _same_depth(reference.depth_m, seen.depth_m) & _same_color(reference, seen, label)
     ids = np.unique(label[label >= 0]).tolist()
     shares = {k: float(same[label == k].mean()) for k in ids}
     watched = (label == BACKGROUND) & _within(reference, grid)
-    low, high = _range(seen.depth_m, config.slack_px)
-    tolerance = _tolerance(reference.depth_m, config)
+    low, high = _range(seen.depth_m)
+    tolerance = _tolerance(reference.depth_m)
     nearer = (reference.depth_m > 0) & (high > 0) & (high < reference.depth_m - 2 * tolerance)
     table = watched & (high > 0) & ~nearer
     level = float((table & (low < reference.depth_m + tolerance))[table].mean()) if table.any() else 0.0
-    new_px = _largest(_apart(nearer & _within(seen, grid), label, config))
+    new_px = _largest(_apart(nearer & _within(seen, grid), label))
     return Overlap(
         # Of an object that shows as many pixels as it did: n of them in common make n / (2 - n) of the union.
         {k: share / (2 - share) for k, share in shares.items()},
         new_px,
-        new_px > config.new_share * label.size,
+        new_px > _NEW_SHARE * label.size,
         level,
-        level < config.table,
+        level < _LEAST_TABLE,
     )
 
 
@@ -119,44 +105,39 @@ def _checked_label(stored: Capture, seen: Observation) -> Int16[np.ndarray, "h w
     return label
 
 
-def _tolerance(depth_m: Float32[np.ndarray, "h w"], config: OverlapConfig) -> Float32[np.ndarray, "h w"]:
-    return np.maximum(config.same_m, config.same_share * depth_m).astype(np.float32)
+def _tolerance(depth_m: Float32[np.ndarray, "h w"]) -> Float32[np.ndarray, "h w"]:
+    return np.maximum(_SAME_M, _SAME_SHARE * depth_m).astype(np.float32)
 
 
 def _range(
-    depth_m: Float32[np.ndarray, "h w"], slack_px: int
+    depth_m: Float32[np.ndarray, "h w"],
 ) -> tuple[Float32[np.ndarray, "h w"], Float32[np.ndarray, "h w"]]:
     """Least and greatest reading around each pixel; _FAR and 0 where there is none."""
-    kernel = np.ones((2 * slack_px + 1,) * 2, np.uint8)
     read = depth_m > 0
-    low = cv2.erode(np.where(read, depth_m, _FAR).astype(np.float32), kernel)
-    high = cv2.dilate(np.where(read, depth_m, 0).astype(np.float32), kernel)
+    low = cv2.erode(np.where(read, depth_m, _FAR).astype(np.float32), _AROUND)
+    high = cv2.dilate(np.where(read, depth_m, 0).astype(np.float32), _AROUND)
     return np.asarray(low), np.asarray(high)
 
 
-def _same_depth(
-    then: Float32[np.ndarray, "h w"], now: Float32[np.ndarray, "h w"], config: OverlapConfig
-) -> Bool[np.ndarray, "h w"]:
+def _same_depth(then: Float32[np.ndarray, "h w"], now: Float32[np.ndarray, "h w"]) -> Bool[np.ndarray, "h w"]:
     """Where depths agree; also where one of them has no reading, which colour has to judge."""
-    low, high = _range(now, config.slack_px)
-    tolerance = _tolerance(then, config)
+    low, high = _range(now)
+    tolerance = _tolerance(then)
     both = (then > 0) & (high > 0)
     return np.asarray(~both | ((then >= low - tolerance) & (then <= high + tolerance)))
 
 
 def _same_color(
-    reference: Observation, seen: Observation, label: Int16[np.ndarray, "h w"], config: OverlapConfig
+    reference: Observation, seen: Observation, label: Int16[np.ndarray, "h w"]
 ) -> Bool[np.ndarray, "h w"]:
     """Where colours agree, after the light's own change: that of what is no object."""
-    kernel = np.ones((2 * config.slack_px + 1,) * 2, np.uint8)
-    still = (label == BACKGROUND) & _same_depth(reference.depth_m, seen.depth_m, config)
+    still = (label == BACKGROUND) & _same_depth(reference.depth_m, seen.depth_m)
     light = (
         (reference.rgb[still].mean(axis=0) + 1) / (seen.rgb[still].mean(axis=0) + 1) if still.any() else 1.0
     )
     then, now = _lab(reference.rgb), _lab(np.rint(np.clip(seen.rgb * light, 0, 255)).astype(np.uint8))
-    tolerance = np.array([config.lightness, config.hue, config.hue], np.float32)
-    low, high = np.asarray(cv2.erode(now, kernel)), np.asarray(cv2.dilate(now, kernel))
-    return np.asarray(((then >= low - tolerance) & (then <= high + tolerance)).all(axis=-1))
+    low, high = np.asarray(cv2.erode(now, _AROUND)), np.asarray(cv2.dilate(now, _AROUND))
+    return np.asarray(((then >= low - _SAME_COLOR) & (then <= high + _SAME_COLOR)).all(axis=-1))
 
 
 def _lab(rgb: UInt8[np.ndarray, "h w 3"]) -> Float32[np.ndarray, "h w 3"]:
@@ -174,17 +155,15 @@ def _within(observation: Observation, grid: VoxelGrid) -> Bool[np.ndarray, "h w"
     return out
 
 
-def _apart(
-    nearer: Bool[np.ndarray, "h w"], label: Int16[np.ndarray, "h w"], config: OverlapConfig
-) -> Bool[np.ndarray, "h w"]:
+def _apart(nearer: Bool[np.ndarray, "h w"], label: Int16[np.ndarray, "h w"]) -> Bool[np.ndarray, "h w"]:
     """What is nearer than it was, apart from the objects: these may be off by a little."""
-    px = max(1, round(config.around_px * label.shape[0] / 480))
+    px = max(1, round(_BESIDE_PX * label.shape[0] / 480))
     around = cv2.dilate((label != BACKGROUND).astype(np.uint8), np.ones((2 * px + 1,) * 2, np.uint8))
     return np.asarray(nearer & (around == 0))
 
 
 def _largest(mask: Bool[np.ndarray, "h w"]) -> int:
     """Pixels of the largest piece that is more than a line."""
-    opened = cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
+    opened = cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, _AROUND)
     _, _, facts, _ = cv2.connectedComponentsWithStats(opened)
     return int(facts[1:, cv2.CC_STAT_AREA].max(initial=0))

@@ -1,6 +1,5 @@
 """A scene that is laid out again and again (`torc-scene/2`): a directory with its reference and its target."""
 
-import json
 import os
 import re
 import shutil
@@ -9,10 +8,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-import cv2
 import numpy as np
+from PIL import Image
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from torc import InputError, Observation, Wanted
@@ -23,6 +22,7 @@ from torc.io.pictures import write_png
 from torc.io.reading import read_bytes
 from torc.io.record_files import load_checked, save_record
 from torc.io.results import check_place, write_json
+from torc.io.strict_yaml import explain_faults
 from torc.perception.checked_scenes import ask_camera, ask_depth, ask_perception
 from torc.perception.protocol import Picture
 from torc.perception.target import MAX_PICTURES, load_pictures
@@ -33,6 +33,7 @@ from torc.registry.context import BuildContext
 from torc.registry.kinds import DEPTHS, PERCEPTIONS
 from torc.robots.protocols import Camera
 from torc_lab.lab_file import Lab
+from torc_lab.person import say_in_terminal
 from torc_lab.protocols import LabError
 
 SCENE_FORMAT = "torc-scene/2"
@@ -140,7 +141,7 @@ def record_scene(
     wanted: Wanted,
     eyes: Eyes,
     pictures: int = PICTURES,
-    say: Callable[[str], None] = print,
+    say: Callable[[str], None] = say_in_terminal,
 ) -> tuple[Scene, SegmentedScene]:
     """The scene that lies before the camera now, and what perception made of it. Raises InputError: no object."""
     say(f"Taking {pictures} pictures: leave everything as it is.")
@@ -199,10 +200,7 @@ def save_scene(
         aside.mkdir(parents=True)
         save_record(scene.reference, aside / REFERENCE)
         for number, picture in enumerate(scene.wanted.pictures):
-            code = cv2.COLOR_RGBA2BGRA if picture.shape[2] == 4 else cv2.COLOR_RGB2BGR
-            (aside / _picture(number)).write_bytes(
-                cv2.imencode(".png", cv2.cvtColor(picture, code))[1].tobytes()
-            )
+            Image.fromarray(picture).save(aside / _picture(number))
         if found is not None:
             write_png(aside / SEEN, mark_image(found, labels={found.target_number: TARGET_ID}))
         write_json(aside / FACTS, facts)
@@ -226,14 +224,9 @@ def load_scene(directory: Path) -> Scene:
         raise InputError(f"'{directory}' holds no scene. `torc lab scene {directory} --lab FILE` stores one.")
     path = directory / FACTS
     try:
-        plain: Any = json.loads(read_bytes(path, _MAX_FACTS_BYTES, "facts of a scene"))
-        facts = _SceneFile.model_validate(plain)
+        facts = _SceneFile.model_validate_json(read_bytes(path, _MAX_FACTS_BYTES, "facts of a scene"))
     except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(map(str, first["loc"]))
-        raise InputError(f"{path}: {where}: {first['msg']}. {_AGAIN}") from None
-    except ValueError as error:
-        raise InputError(f"{path} is damaged: {error}. {_AGAIN}") from None
+        raise InputError(f"{path} is damaged:\n{explain_faults(error)}\n{_AGAIN}") from None
     reference = load_checked(directory / REFERENCE, Capture, _MAX_BYTES, "reference of a scene")
     o, label = reference.observation, reference.label_image
     shape = o.depth_m.shape

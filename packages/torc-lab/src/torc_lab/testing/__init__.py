@@ -1,1 +1,1 @@
-"""Conformance suites for drivers, and an operator who always says yes."""
+"""Conformance suites for drivers."""

@@ -9,9 +9,9 @@ from collections.abc import Callable
 import numpy as np
 
 from torc import TorcError
-from torc.records import Trajectory
 from torc.registry.kinds import ARM_DRIVERS
 from torc.testing.conformance import require, trait_faults
+from torc_lab.checks import turning
 from torc_lab.driver_rules import AT_ONCE_S, state_faults
 from torc_lab.protocols import ArmDriver, LabError, missing_methods
 
@@ -35,18 +35,6 @@ def check_arm_driver(connect: Callable[[], ArmDriver]) -> None:
     require("arm driver", [*found, *_is_closed(driver)])
 
 
-def motion_on(
-    qpos: np.ndarray, by_rad: float, duration_s: float = _MOTION_S, samples: int = 51
-) -> Trajectory:
-    """The first joint turns from rest to rest."""
-    t = np.linspace(0, duration_s, samples)
-    s = t / duration_s
-    path, rates = np.tile(qpos, (samples, 1)), np.zeros((samples, len(qpos)))
-    path[:, 0] += by_rad * (3 * s**2 - 2 * s**3)
-    rates[:, 0] = by_rad * 6 * s * (1 - s) / duration_s
-    return Trajectory(t, path, rates)
-
-
 def _lets_motions_in(driver: ArmDriver) -> list[str]:
     status = driver.status()
     if status.stopped or status.moving:
@@ -58,7 +46,7 @@ def _moves(driver: ArmDriver) -> list[str]:
     found = []
     for by_rad in (_TURN_RAD, -_TURN_RAD):
         here = driver.status().qpos
-        driver.start(motion_on(here, by_rad))
+        driver.start(turning(here, by_rad))
         if driver.ended() is not None or not _within(_ENDS_S, lambda: driver.status().moving):
             found.append("after start() it must move, and ended() be None")
         if not _within(_MOTION_S + _ENDS_S, lambda: driver.ended() is not None) or driver.ended() != "":
@@ -74,7 +62,7 @@ def _moves(driver: ArmDriver) -> list[str]:
 def _stops(driver: ArmDriver) -> list[str]:
     found = []
     here = driver.status().qpos
-    driver.start(motion_on(here, _TURN_RAD))
+    driver.start(turning(here, _TURN_RAD))
     time.sleep(0.4 * _MOTION_S)
     began = time.monotonic()
     driver.stop()

@@ -1,6 +1,6 @@
 """A Franka hand that is none: the actions and the topic of franka_gripper, for a `RosTwin` to offer.
 
-Its fingers are anybody's (`torc_lab.twin.behind`).
+Its fingers are anybody's (`torc_lab.twin.base`).
 """
 
 import time
@@ -10,7 +10,7 @@ from typing import Any
 from torc_lab.robotiq.gripper import FORCE_N, WidthScale
 from torc_lab.robotiq.registers import Object
 from torc_lab.ros.messages import SUCCEEDED
-from torc_lab.twin.behind import Fingers
+from torc_lab.twin.base import Fingers
 
 _ABORTED = 6
 _MOTION_S, _BEGINS_S, _POLL_S = 8.0, 0.1, 0.01

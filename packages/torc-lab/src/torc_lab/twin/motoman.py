@@ -1,15 +1,13 @@
 """A Motoman controller that is none, behind simple_message on the loopback interface: as MotoROS answers.
 
-Its arm is anybody's (`torc_lab.twin.behind`). Faults come on command.
+Its arm is anybody's (`torc_lab.twin.base`). Faults come on command.
 """
 
-import bisect
 import socket
 import threading
 import time
 from contextlib import suppress
 from dataclasses import replace
-from typing import Self
 
 import numpy as np
 
@@ -27,8 +25,7 @@ from torc_lab.simple_message.messages import (
     RobotStatus,
     TrajectoryPoint,
 )
-from torc_lab.twin.behind import HALFWAY_RAD, ArmBehind
-from torc_lab.twin.servers import Servers
+from torc_lab.twin.base import HALFWAY_RAD, ArmBehind, TcpTwin
 
 READY = RobotStatus(1, 0, 0, 0, 0, 2, 1)
 _STATE_PERIOD_S = 0.025
@@ -37,7 +34,7 @@ _QUEUE_S = 0.8
 """The controller takes in so much motion ahead of time (200 increments of 4 ms); then it is busy."""
 
 
-class MotomanTwin:
+class MotomanTwin(TcpTwin):
     """A controller with one arm as one of its groups; in a `with`.
 
     It has one motion connection, and moves only while there is one: when that ends, it keeps its queue, and plays the
@@ -53,12 +50,7 @@ class MotomanTwin:
     """
 
     def __init__(
-        self,
-        arm: ArmBehind,
-        max_speed: np.ndarray,
-        group: int = 1,
-        order: ByteOrder = "big",
-        ports: tuple[int, int] = (0, 0),
+        self, arm: ArmBehind, max_speed: np.ndarray, group: int = 1, order: ByteOrder = "big"
     ) -> None:
         self.arm, self.max_speed, self.group, self.order = arm, max_speed, group, order
         self.state, self.silent = replace(READY, motion_possible=0, drives_powered=0), False
@@ -70,41 +62,17 @@ class MotomanTwin:
         self._last: TrajectoryPoint | None = None
         self._began = 0.0
         self._lock = threading.RLock()
-        self._running = True
-        serves = (self._serve_motion, self._serve_state)
-        self._servers = Servers("127.0.0.1", list(zip(ports, serves, strict=True)))
-        self._thread = threading.Thread(target=self._move, daemon=True)
-
-    def __enter__(self) -> Self:
-        self._servers.__enter__()
-        self._thread.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._running = False
-        self._servers.__exit__()
-        self._thread.join()
-
-    @property
-    def ports(self) -> tuple[int, int]:
-        """Of motion and state."""
-        motion, state = self._servers.ports
-        return motion, state
-
-    @property
-    def moving(self) -> bool:
-        """Whether there is motion in its queue."""
-        return bool(self._points)
-
-    def cut(self) -> None:
-        """Ends all connections without a farewell."""
-        self._servers.cut()
+        super().__init__("127.0.0.1", [(0, self._serve_motion), (0, self._serve_state)], self._move)
 
     def halt(self, **changed: int) -> None:
         """Stops the arm where it is, with another state, e.g. e_stopped=1; no motion is possible then."""
         with self._lock:
             self._points, self._last = [], None
             self.state = replace(self.state, **{"motion_possible": 0, **changed})
+
+    def recover(self) -> None:
+        """All is well again, but for connections that were cut."""
+        self.state, self.silent = READY, False
 
     def pretend_done(self) -> bool:
         """Stops the arm where it is, and says that its queue is empty; False if it is not halfway."""
@@ -118,7 +86,7 @@ class MotomanTwin:
     def _serve_state(self, connection: socket.socket) -> None:
         while self._running:
             if not self.silent:
-                status = replace(self.state, in_motion=int(self.moving and self._paused_at is None))
+                status = replace(self.state, in_motion=int(bool(self._points) and self._paused_at is None))
                 groups = {1 - self.group: np.zeros(7), 2: [self.torso]}
                 groups[self.group] = self.arm.qpos
                 feedback = [Feedback(k, np.array(q)).pack(self.order) for k, q in sorted(groups.items())]
@@ -230,16 +198,11 @@ class MotomanTwin:
 
     def _move(self) -> None:
         """Leads the arm along what is in the queue."""
-        while self._running:
-            with self._lock:
-                if self._points and self._paused_at is None:
-                    elapsed, dof = time.monotonic() - self._began, len(self.arm.qpos)
-                    times = [p.time_s for p in self._points]
-                    k = min(max(bisect.bisect_right(times, elapsed), 1), len(times) - 1)
-                    a, b = self._points[max(k - 1, 0)], self._points[k]
-                    span = max(b.time_s - a.time_s, 1e-9)
-                    share = float(np.clip((elapsed - a.time_s) / span, 0, 1))
-                    self.arm.goal((a.qpos + share * (b.qpos - a.qpos))[:dof])
-                    if elapsed > times[-1] + 2 * _QUEUE_S or (len(times) > 1 and elapsed > times[-1] + 0.05):
-                        self._last, self._points = self._points[-1], []
-            time.sleep(0.004)
+        with self._lock:
+            if not self._points or self._paused_at is not None:
+                return
+            elapsed, dof = time.monotonic() - self._began, len(self.arm.qpos)
+            times, path = [p.time_s for p in self._points], np.array([p.qpos[:dof] for p in self._points])
+            self.arm.goal(np.array([np.interp(elapsed, times, q) for q in path.T]))
+            if elapsed > times[-1] + 2 * _QUEUE_S or (len(times) > 1 and elapsed > times[-1] + 0.05):
+                self._last, self._points = self._points[-1], []

@@ -1,9 +1,12 @@
-"""A whole laboratory that is none: the simulator behind the wires that a lab file names, on the loopback interface."""
+"""A whole laboratory that is none: the simulator behind the wires that a lab file names, on the loopback interface; and
+what goes wrong in laboratories, on command.
+"""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import yaml
@@ -21,6 +24,10 @@ from torc_lab.twin.world import LiveWorld
 
 _CONTROLLER_SPEED = 2.0
 """A controller refuses what is so many times faster than torc ever moves the robot: the maker allows more."""
+_NUDGE_RAD = 0.05
+_MOTOR_FAULT = 0x0E
+ArmTwin = RosTwin | MotomanTwin | UrTwin
+GripperTwin = RobotiqTwin | FrankaHandTwin
 
 
 @dataclass(frozen=True)
@@ -36,8 +43,8 @@ class Rehearsal:
     """
 
     world: LiveWorld
-    arm: RosTwin | MotomanTwin | UrTwin
-    gripper: RobotiqTwin | FrankaHandTwin
+    arm: ArmTwin
+    gripper: GripperTwin
     pictures: RosTwin
     text: str
 
@@ -47,20 +54,18 @@ def rehearsal(lab: Lab, problem: Problem) -> Iterator[Rehearsal]:
     """Twins of a lab's devices around a problem, during a `with`. Raises InputError for drivers without a twin."""
     with ExitStack() as stack:
         world = stack.enter_context(LiveWorld(problem, lab.robot, lab.workspace))
-        gripper = _gripper(lab, world)
-        arm, pictures, arm_settings = _arm(lab, world, gripper, stack)
-        gripper_settings = _offered(lab, gripper, pictures, stack)
-        camera = {"driver": "ros", "url": pictures.url, "pose": "workspace"}
+        gripper, gripper_settings = _gripper(lab, world, stack)
+        arm, bridge, arm_settings = _arm(lab, world, gripper, stack)
         content = yaml.safe_load(read_text(lab.path))
         content |= {
             "name": f"{lab.name}-twin",
             "robot": lab.conditions.robot,
             "workspace": lab.conditions.workspace,
             "arm": {**content["arm"], **arm_settings},
-            "gripper": {**content["gripper"], **gripper_settings},
-            "camera": camera,
+            "gripper": {**content["gripper"], **(gripper_settings or {"url": bridge.url})},
+            "camera": {"driver": "ros", "url": bridge.url, "pose": "workspace"},
         }
-        yield Rehearsal(world, arm, gripper, pictures, yaml.safe_dump(content, sort_keys=False))
+        yield Rehearsal(world, arm, gripper, bridge, yaml.safe_dump(content, sort_keys=False))
 
 
 def write_lab(text: str, path: Path) -> None:
@@ -73,60 +78,96 @@ def write_lab(text: str, path: Path) -> None:
         raise InputError(f"Cannot write {path}: {error.strerror}. Choose another --out.") from error
 
 
-def _arm(
-    lab: Lab, world: LiveWorld, gripper: RobotiqTwin | FrankaHandTwin, stack: ExitStack
-) -> tuple[RosTwin | MotomanTwin | UrTwin, RosTwin, dict[str, Any]]:
-    """The controller's twin, who gives the camera's pictures, and the settings of the arm that lead there."""
-    settings, joints = lab.arm.settings, lab.robot.arm
-    hand = gripper if isinstance(gripper, FrankaHandTwin) else None
-    if lab.arm.driver == "ros":
-        names = settings.get("joint_names") or joints.joint_names
-        arm = stack.enter_context(RosTwin(world, names, settings["ros"], settings["action"], 0, world, hand))
-        arm.others |= {**hardware_of(joints).held, **lab.held_joints}
-        return arm, arm, {"url": arm.url}
-    if lab.arm.driver == "motoman":
-        fastest = _CONTROLLER_SPEED * joints.max_speed
-        motoman = stack.enter_context(MotomanTwin(world, fastest, int(settings["group"])))
-        # Its pictures come by a bridge of their own.
-        pictures = stack.enter_context(RosTwin(world, joints.joint_names, camera=world, hand=hand))
-        motion_port, state_port = motoman.ports
-        return (
-            motoman,
-            pictures,
-            {
-                "host": "127.0.0.1",
-                "motion_port": motion_port,
-                "state_port": state_port,
-            },
-        )
-    if lab.arm.driver == "ur-rtde":
-        ur = stack.enter_context(UrTwin(world))
-        pictures = stack.enter_context(RosTwin(world, joints.joint_names, camera=world))
-        return ur, pictures, {"host": ur.host}
-    raise InputError(
-        f"There is no twin of the arm driver '{lab.arm.driver}'; there are of ros, motoman and ur-rtde."
-    )
-
-
-def _gripper(lab: Lab, world: LiveWorld) -> RobotiqTwin | FrankaHandTwin:
-    """The gripper's twin."""
-    if lab.gripper.driver == "franka-hand":
-        settings = lab.gripper.settings
-        return FrankaHandTwin(world, lab.robot.gripper.max_width_m, settings.get("name", "/franka_gripper"))
-    return RobotiqTwin(world)
-
-
-def _offered(
-    lab: Lab, twin: RobotiqTwin | FrankaHandTwin, bridge: RosTwin, stack: ExitStack
-) -> dict[str, Any]:
-    """The settings of the gripper that lead to its twin."""
-    if isinstance(twin, FrankaHandTwin):
-        return {"url": bridge.url}
-    if lab.gripper.driver == "robotiq-modbus":
-        return {"address": stack.enter_context(ModbusTwin(twin)).address}
-    if lab.gripper.driver == "robotiq-urcap":
-        return {"address": stack.enter_context(UrcapTwin(twin)).address}
+def _gripper(lab: Lab, world: LiveWorld, stack: ExitStack) -> tuple[GripperTwin, dict[str, Any]]:
+    """The gripper's twin, and the settings that lead there; none if it is behind the bridge."""
+    robotiq = RobotiqTwin(world)
+    match lab.gripper.driver:
+        case "robotiq-modbus":
+            return robotiq, {"address": stack.enter_context(ModbusTwin(robotiq)).address}
+        case "robotiq-urcap":
+            return robotiq, {"address": stack.enter_context(UrcapTwin(robotiq)).address}
+        case "franka-hand":
+            name = lab.gripper.settings.get("name", "/franka_gripper")
+            return FrankaHandTwin(world, lab.robot.gripper.max_width_m, name), {}
     raise InputError(
         f"There is no twin of the gripper driver '{lab.gripper.driver}'; there are of robotiq-modbus, robotiq-urcap "
         "and franka-hand."
     )
+
+
+def _arm(
+    lab: Lab, world: LiveWorld, gripper: GripperTwin, stack: ExitStack
+) -> tuple[ArmTwin, RosTwin, dict[str, Any]]:
+    """The controller's twin, the bridge that gives the camera's pictures, and the settings that lead to the arm."""
+    settings, joints = lab.arm.settings, lab.robot.arm
+    hand = gripper if isinstance(gripper, FrankaHandTwin) else None
+    arm: ArmTwin
+    match lab.arm.driver:
+        case "ros":
+            names = settings.get("joint_names") or joints.joint_names
+            arm = bridge = RosTwin(world, names, settings["ros"], settings["action"], world, hand)
+            arm.others |= {**hardware_of(joints).held, **lab.held_joints}
+            return stack.enter_context(arm), bridge, {"url": arm.url}
+        case "motoman":
+            arm = MotomanTwin(world, _CONTROLLER_SPEED * joints.max_speed, int(settings["group"]))
+            motion_port, state_port = arm.ports
+            leads = {"host": arm.host, "motion_port": motion_port, "state_port": state_port}
+        case "ur-rtde":
+            arm = UrTwin(world)
+            leads = {"host": arm.host}
+        case other:
+            raise InputError(
+                f"There is no twin of the arm driver '{other}'; there are of ros, motoman and ur-rtde."
+            )
+    stack.enter_context(arm)
+    return arm, stack.enter_context(RosTwin(world, joints.joint_names, camera=world, hand=hand)), leads
+
+
+def _nudge(there: Rehearsal) -> None:
+    there.world.goal(there.world.qpos + _NUDGE_RAD)
+
+
+def _silence(there: Rehearsal) -> None:
+    there.arm.silent = True
+
+
+def _gripper_fault(there: Rehearsal) -> None:
+    there.gripper.fault = _MOTOR_FAULT
+
+
+def _freeze(there: Rehearsal) -> None:
+    there.pictures.frozen = True
+
+
+def recover(there: Rehearsal) -> None:
+    """All is well again, but for connections that were cut."""
+    there.arm.recover()
+    there.pictures.recover()
+    there.gripper.fault = 0
+
+
+FAULTS: Mapping[str, tuple[str, Callable[[Rehearsal], bool | None]]] = MappingProxyType(
+    {
+        "e-stop": ("somebody presses it", lambda there: there.arm.halt(e_stopped=1)),
+        "protective-stop": ("the controller stops in an error", lambda there: there.arm.halt(in_error=1)),
+        "teach": ("somebody turns the key to teach mode", lambda there: there.arm.halt(mode=1)),
+        "cut": ("the cable to the arm is pulled", lambda there: there.arm.cut()),
+        "silence": ("the arm says nothing any more, and moves on", _silence),
+        "pretend-done": (
+            "the arm stops halfway, and says that it succeeded",
+            lambda there: there.arm.pretend_done(),
+        ),
+        "nudge": ("somebody pushes the arm aside", _nudge),
+        "gripper-fault": ("the gripper's motor reports a fault", _gripper_fault),
+        "freeze-camera": ("the camera gives one picture again and again", _freeze),
+    }
+)
+"""Name -> what happens, and what makes it happen, which returns False if it cannot now."""
+ACTIONS: Mapping[str, tuple[str, Callable[[Rehearsal], object]]] = MappingProxyType(
+    {
+        "recover": ("all is well again, but for connections that were cut", recover),
+        "reset": ("somebody lays the scene out again", lambda there: there.world.reset()),
+        "disturb": ("somebody pushes an object aside by 3 cm", lambda there: there.world.disturb()),
+    }
+)
+"""What a person does: name -> what, and what does it."""

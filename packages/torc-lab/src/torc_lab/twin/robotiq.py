@@ -1,24 +1,27 @@
 """A Robotiq gripper that is none, behind Modbus TCP or the text socket of a UR: registers as the manual has them.
 
-Its fingers are anybody's (`torc_lab.twin.behind`). Faults come on command.
+Its fingers are anybody's (`torc_lab.twin.base`). Faults come on command.
 """
 
 import asyncio
-import socketserver
+import socket
 import threading
 import time
-from contextlib import suppress
 from typing import Any, Self
 
-from torc.errors import MissingDependencyError, extra_remedy
+from pymodbus import FramerType
+from pymodbus.server import ModbusSerialServer, ModbusTcpServer
+from pymodbus.simulator import DataType, SimData, SimDevice
+
 from torc_lab.robotiq.registers import COMMAND_REGISTER, COUNT, READY, STATUS_REGISTER
 from torc_lab.robotiq.wires import BAUD, DEVICE
-from torc_lab.twin.behind import Fingers
+from torc_lab.twin.base import Fingers, TcpTwin
 
 _STARTS_S = 5.0
 _SILENCE_S, _SILENCE = 1.0, 0x09
 """The first answer after so much silence carries this fault (manual, chapter "Control", gFLT)."""
 _MUST_ACTIVATE = 0x07
+_ACTIVATION_S = 0.1
 
 
 class RobotiqTwin:
@@ -27,12 +30,10 @@ class RobotiqTwin:
     Attributes:
         fault: what it reports, e.g. 0x0E; 0 for none.
         written: all values that were written to its registers.
-        activation_s: how long activation takes.
     """
 
-    def __init__(self, fingers: Fingers, activation_s: float = 0.1) -> None:
-        self.fingers, self.activation_s = fingers, activation_s
-        self.fault = 0
+    def __init__(self, fingers: Fingers) -> None:
+        self.fingers, self.fault = fingers, 0
         self.written: list[list[int]] = []
         self._heard_s = time.monotonic()
         self._command = [0, 0, 0]
@@ -69,22 +70,20 @@ class RobotiqTwin:
             return [flags << 8, fault << 8 | self._command[1] & 0xFF, position << 8]
 
     def _ready(self) -> bool:
-        return self._activated_at is not None and time.monotonic() - self._activated_at >= self.activation_s
+        return self._activated_at is not None and time.monotonic() - self._activated_at >= _ACTIVATION_S
 
 
 class ModbusTwin:
     """A twin behind pymodbus's server, on Modbus TCP on the loopback interface or on a serial line; in a `with`."""
 
-    def __init__(self, twin: RobotiqTwin, port: int = 0, line: str = "") -> None:
-        """line: a serial port, e.g. one end of a pair of pseudo-terminals. Raises MissingDependencyError."""
-        try:
-            import pymodbus  # noqa: F401
-        except ImportError as error:
-            raise MissingDependencyError("pymodbus, for Robotiq grippers,", extra_remedy("lab")) from error
-        self.twin, self._port, self._line = twin, port, line
-        self._up, self._loop = threading.Event(), asyncio.new_event_loop()
-        self._thread = threading.Thread(target=self._run, daemon=True)
-        self._server: Any = None
+    def __init__(self, twin: RobotiqTwin, line: str = "") -> None:
+        """line: a serial port, e.g. one end of a pair of pseudo-terminals."""
+        self.twin, self.address = twin, line
+        self._up, self._ending = threading.Event(), asyncio.Event()
+        self._loop = asyncio.new_event_loop()
+        self._thread = threading.Thread(
+            target=self._loop.run_until_complete, args=(self._serve(),), daemon=True
+        )
 
     def __enter__(self) -> Self:
         self._thread.start()
@@ -93,39 +92,27 @@ class ModbusTwin:
         return self
 
     def __exit__(self, *_: object) -> None:
-        asyncio.run_coroutine_threadsafe(self._server.shutdown(), self._loop).result(_STARTS_S)
-        self._loop.call_soon_threadsafe(self._loop.stop)
+        self._loop.call_soon_threadsafe(self._ending.set)
         self._thread.join()
         self._loop.close()
 
-    @property
-    def address(self) -> str:
-        """For `ModbusWire`."""
-        return f"127.0.0.1:{self._port}" if not self._line else self._line
-
-    def _run(self) -> None:
-        asyncio.set_event_loop(self._loop)
-        self._loop.run_until_complete(self._serve())
-        self._loop.run_forever()
-
     async def _serve(self) -> None:
-        from pymodbus import FramerType
-        from pymodbus.server import ModbusSerialServer, ModbusTcpServer
-        from pymodbus.simulator import DataType, SimData, SimDevice
-
         blocks = [
             SimData(start, count=COUNT, datatype=DataType.REGISTERS)
             for start in (COMMAND_REGISTER, STATUS_REGISTER)
         ]
         device = SimDevice(DEVICE, simdata=blocks, action=self._exchange)
-        if self._line:
-            self._server = ModbusSerialServer(device, framer=FramerType.RTU, port=self._line, baudrate=BAUD)
-            await self._server.listen()
+        server: Any
+        if self.address:
+            server = ModbusSerialServer(device, framer=FramerType.RTU, port=self.address, baudrate=BAUD)
+            await server.listen()
         else:
-            self._server = ModbusTcpServer(device, address=("127.0.0.1", self._port))
-            await self._server.listen()
-            self._port = self._server.transport.sockets[0].getsockname()[1]
+            server = ModbusTcpServer(device, address=("127.0.0.1", 0))
+            await server.listen()
+            self.address = f"127.0.0.1:{server.transport.sockets[0].getsockname()[1]}"
         self._up.set()
+        await self._ending.wait()
+        await server.shutdown()
 
     async def _exchange(
         self, function: int, start: int, address: int, count: int, registers: list[int], values: Any
@@ -136,47 +123,27 @@ class ModbusTwin:
         registers[at : at + COUNT] = self.twin.read()
 
 
-class UrcapTwin:
+class UrcapTwin(TcpTwin):
     """A twin behind the text socket of a UR's program on the loopback interface; in a `with`."""
 
-    def __init__(self, twin: RobotiqTwin, port: int = 0) -> None:
-        outer = self
-        self.twin = twin
+    def __init__(self, twin: RobotiqTwin) -> None:
+        super().__init__("127.0.0.1", [(0, self._serve)])
+        self.twin, self.address = twin, f"127.0.0.1:{self.ports[0]}"
 
-        class Handler(socketserver.StreamRequestHandler):
-            def handle(self) -> None:
-                with suppress(OSError):
-                    for line in self.rfile:
-                        self.wfile.write(outer.answer(line.decode("ascii", "replace").split()).encode())
-
-        self._server = socketserver.ThreadingTCPServer(("127.0.0.1", port), Handler)
-        self._server.daemon_threads = True
-        self._thread = threading.Thread(target=self._server.serve_forever, daemon=True)
-
-    def __enter__(self) -> Self:
-        self._thread.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._server.shutdown()
-        self._server.server_close()
-        self._thread.join()
-
-    @property
-    def address(self) -> str:
-        """For `UrcapWire`."""
-        return f"127.0.0.1:{self._server.server_address[1]}"
+    def _serve(self, connection: socket.socket) -> None:
+        with connection.makefile("rb") as lines:
+            for line in lines:
+                connection.sendall(self.answer(line.decode("ascii", "replace").split()).encode())
 
     def answer(self, words: list[str]) -> str:
         """What the URCap says to a line."""
         if words[:1] == ["GET"] and len(words) == 2:
             flags, faults, position = self.twin.read()
-            flags >>= 8
             values = {
-                "ACT": flags & 1,
-                "GTO": flags >> 3 & 1,
-                "STA": flags >> 4 & 3,
-                "OBJ": flags >> 6,
+                "ACT": flags >> 8 & 1,
+                "GTO": flags >> 11 & 1,
+                "STA": flags >> 12 & 3,
+                "OBJ": flags >> 14,
                 "FLT": faults >> 8,
                 "PRE": faults & 0xFF,
                 "POS": position >> 8,

@@ -1,8 +1,9 @@
 """A trajectory controller and a camera of ROS 1 or ROS 2 that are none, behind rosbridge on the loopback interface.
 
-Its arm is anybody's (`torc_lab.twin.behind`). Faults come on command.
+Its arm is anybody's (`torc_lab.twin.base`). Faults come on command.
 """
 
+import base64
 import json
 import threading
 import time
@@ -11,16 +12,16 @@ from contextlib import suppress
 from typing import Any, Self
 
 import numpy as np
+from websockets.sync.server import serve
 
-from torc.errors import MissingDependencyError, extra_remedy
+from torc import Observation
 from torc.records import as_capture
 from torc.robots.protocols import Camera
 from torc_lab.ros.messages import SUCCEEDED, RosVersion, duration
-from torc_lab.twin.behind import HALFWAY_RAD, ArmBehind
+from torc_lab.twin.base import HALFWAY_RAD, PERIOD_S, ArmBehind
 from torc_lab.twin.franka import FrankaHandTwin
-from torc_lab.twin.pictures import image_messages
 
-_PERIOD_S, _PICTURE_PERIOD_S = 0.02, 0.2
+_TELLS_S, _PICTURE_PERIOD_S = 0.02, 0.2
 IMAGE_TOPICS = {
     "color": "/camera/color/image_raw",
     "depth": "/camera/aligned_depth_to_color/image_raw",
@@ -52,15 +53,10 @@ class RosTwin:
         joint_names: Sequence[str],
         ros: RosVersion = 2,
         action: str = "/arm/follow_joint_trajectory",
-        port: int = 0,
         camera: Camera | None = None,
         hand: FrankaHandTwin | None = None,
     ) -> None:
-        """Raises MissingDependencyError. Without a camera there are no pictures, and without a hand only an arm."""
-        try:
-            from websockets.sync.server import serve
-        except ImportError as error:
-            raise MissingDependencyError("websockets, for rosbridge,", extra_remedy("lab")) from error
+        """Without a camera there are no pictures, and without a hand only an arm."""
         self.arm, self.joint_names, self.ros, self.action = arm, list(joint_names), ros, action
         self.state, self.silent, self.cancels = dict(READY), False, True
         self.others: dict[str, float] = {"finger": 0.0}
@@ -74,13 +70,8 @@ class RosTwin:
         self._connections: list[Any] = []
         self._wishes: set[tuple[Any, str | None, str]] = set()
         self._running = True
-        quick: dict[str, Any] = {
-            "compression": None,
-            "max_size": None,
-            "ping_interval": None,
-            "close_timeout": 0.5,
-        }
-        self._server = serve(self._serve, "127.0.0.1", port, **quick)
+        quick: dict[str, Any] = {"compression": None, "max_size": None, "ping_interval": None}
+        self._server = serve(self._serve, "127.0.0.1", 0, close_timeout=0.5, **quick)
         self._threads = [
             threading.Thread(target=run, daemon=True) for run in (self._server.serve_forever, self._move)
         ]
@@ -89,11 +80,6 @@ class RosTwin:
     def url(self) -> str:
         """For `Rosbridge`."""
         return f"ws://127.0.0.1:{self._server.socket.getsockname()[1]}"
-
-    @property
-    def moving(self) -> bool:
-        """Whether a goal goes on."""
-        return self._goal is not None
 
     def __enter__(self) -> Self:
         for thread in self._threads:
@@ -119,6 +105,10 @@ class RosTwin:
         with self._lock:
             self.state |= {"motion_possible": 0, **changed}
             self._end(_ABORTED[self.ros], "the robot was stopped")
+
+    def recover(self) -> None:
+        """All is well again, but for connections that were cut."""
+        self.state, self.silent, self.frozen = dict(READY), False, False
 
     def pretend_done(self) -> bool:
         """Stops the arm where it is, and says that it succeeded; False if it is not halfway."""
@@ -149,7 +139,7 @@ class RosTwin:
             while self._running and (connection, wish, topic) in self._wishes:
                 for message in [] if self.silent else self._messages(topic):
                     self._say(connection, {"op": "publish", "topic": topic, "msg": message})
-                time.sleep(_PICTURE_PERIOD_S if topic in IMAGE_TOPICS.values() else _PERIOD_S)
+                time.sleep(_PICTURE_PERIOD_S if topic in IMAGE_TOPICS.values() else _TELLS_S)
 
     def _messages(self, topic: str) -> list[dict[str, Any]]:
         """What comes next on a topic, from each of its publishers."""
@@ -160,7 +150,7 @@ class RosTwin:
             own = dict(zip(reversed(self.joint_names), self.arm.qpos[::-1], strict=True))
             return [self._joint_states(own), *(self._joint_states({k: q}) for k, q in self.others.items())]
         if topic.endswith("robot_status"):
-            state = {**self.state, "in_motion": int(self.moving)}
+            state = {**self.state, "in_motion": int(self._goal is not None)}
             return [{**{k: {"val": v} for k, v in state.items()}, "error_code": 0}]
         if topic.endswith("safety_mode"):
             return [{"mode": self._safety_mode()}]
@@ -203,21 +193,12 @@ class RosTwin:
 
     def _act(self, connection: Any, request: dict[str, Any]) -> None:
         """Lets the hand play an action, and tells how it ended."""
-        action = request["action"]
-        told = {"action": action, "id": request["id"]}
-        if self._hand is None or not action.startswith(f"{self._hand.name}/"):
-            message = {
-                "op": "action_result",
-                "status": 0,
-                "values": "no such action",
-                "result": False,
-                **told,
-            }
+        action, hand = request["action"], self._hand
+        if hand is None or not action.startswith(f"{hand.name}/"):
+            self._tell_result(connection, action, request["id"], 0, "no such action", False)
         else:
-            status, values = self._hand.act(action.removeprefix(f"{self._hand.name}/"), request["args"])
-            message = {"op": "action_result", "status": status, "values": values, "result": True, **told}
-        with suppress(Exception):
-            self._say(connection, message)
+            status, values = hand.act(action.removeprefix(f"{hand.name}/"), request["args"])
+            self._tell_result(connection, action, request["id"], status, values)
 
     def _begin(self, connection: Any, goal: str, args: dict[str, Any]) -> None:
         sign = ("secs", "nsecs") if self.ros == 1 else ("sec", "nanosec")
@@ -241,22 +222,19 @@ class RosTwin:
         code = -4 if status == _ABORTED[self.ros] else 0
         if self.ros == 2:
             values = {"error_code": code, "error_string": text}
-            told = {
-                "op": "action_result",
-                "action": self.action,
-                "id": goal,
-                "status": status,
-                "values": values,
-            }
-            message = {**told, "result": True}
+            self._tell_result(connection, self.action, goal, status, values)
         else:
-            told = {
-                "status": {"goal_id": {"id": goal}, "status": status, "text": text},
-                "result": {"error_code": code},
-            }
-            message = {"op": "publish", "topic": f"{self.action}/result", "msg": told}
+            told = {"goal_id": {"id": goal}, "status": status, "text": text}
+            result = {"status": told, "result": {"error_code": code}}
+            with suppress(Exception):
+                self._say(connection, {"op": "publish", "topic": f"{self.action}/result", "msg": result})
+
+    def _tell_result(
+        self, connection: Any, action: str, goal: str, status: int, values: Any, known: bool = True
+    ) -> None:
+        told = {"action": action, "id": goal, "status": status, "values": values, "result": known}
         with suppress(Exception):
-            self._say(connection, message)
+            self._say(connection, {"op": "action_result", **told})
 
     def _say(self, connection: Any, message: dict[str, Any]) -> None:
         connection.send(json.dumps(message))
@@ -271,4 +249,25 @@ class RosTwin:
                     self.arm.goal(np.array([np.interp(elapsed, times, q) for q in path.T]))
                     if elapsed >= times[-1]:
                         self._end(SUCCEEDED[self.ros], "")
-            time.sleep(0.004)
+            time.sleep(PERIOD_S)
+
+
+def image_messages(view: Observation, ros: RosVersion) -> dict[str, dict[str, Any]]:
+    """A snapshot as Image messages of colour ("color") and depth ("depth", millimetres), and as CameraInfo ("info")."""
+    height, width = view.depth_m.shape
+    stamp = duration(view.stamp_s, ros)
+    common = {"header": {"stamp": stamp, "frame_id": "camera_color_optical_frame"}}
+    common |= {"height": height, "width": width}
+
+    def image(encoding: str, pixels: np.ndarray) -> dict[str, Any]:
+        data = base64.b64encode(np.ascontiguousarray(pixels).tobytes()).decode("ascii")
+        step = pixels[0].nbytes
+        return {**common, "encoding": encoding, "is_bigendian": 0, "step": step, "data": data}
+
+    P = np.hstack([view.K, np.zeros((3, 1))])
+    names = {"K": view.K, "D": np.zeros(5), "R": np.eye(3), "P": P}
+    lens = {name if ros == 1 else name.lower(): value.ravel().tolist() for name, value in names.items()}
+    roi = {"x_offset": 0, "y_offset": 0, "height": 0, "width": 0}
+    info = {**common, "distortion_model": "plumb_bob", **lens, "binning_x": 0, "binning_y": 0, "roi": roi}
+    depth = np.clip(np.rint(view.depth_m * 1e3), 0, 65535).astype("<u2")
+    return {"color": image("rgb8", view.rgb), "depth": image("16UC1", depth), "info": info}

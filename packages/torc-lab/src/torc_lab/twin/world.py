@@ -1,12 +1,12 @@
 """The simulator behind the twins' wires: a world that goes on by itself as time passes, whoever looks.
 
-Everything of the world is touched by one thread alone. Others leave wishes, and read what it last wrote down.
+One thread alone touches the world. Others read what it last wrote down, and give it tasks between two steps.
 """
 
 import threading
 import time
 from collections.abc import Callable
-from concurrent.futures import Future
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Self, TypeVar
 
@@ -17,7 +17,7 @@ from torc.records import TARGET_ID, Capture
 from torc.robots.description import RobotDescription
 from torc.sim.actuation import SimulatedArm, SimulatedGripper
 from torc.sim.robot import SimulatedCamera
-from torc.sim.simulated_world import Presence, World, build_world
+from torc.sim.simulated_world import Presence, build_world
 from torc.sim.stepping import Stepper
 from torc.workspace.description import Workspace
 from torc_lab.robotiq.gripper import FORCE_N, WidthScale
@@ -25,7 +25,6 @@ from torc_lab.robotiq.registers import Object
 
 _MOST_BEHIND_S = 0.25
 """What the world could not keep up with is let go: after a picture, say."""
-_EMPTY_M = 0.0015
 _CALM_M_S, _BELOW_M = 0.05, 0.05
 _STILL_M_S, _STILL_S = 0.003, 0.08
 _ARRIVED_COUNTS = 3
@@ -51,16 +50,14 @@ class Truth:
 
 class LiveWorld:
     """A problem with a robot, which goes on in real time during a `with`. It is `ArmBehind` and `Fingers` of
-    torc_lab.twin.behind, and a `Camera`.
+    torc_lab.twin.base, and a `Camera`.
     """
 
     def __init__(self, problem: Problem, robot: RobotDescription, workspace: Workspace) -> None:
         self._made_of = problem, robot, workspace
-        self._wishes: list[tuple[Callable[[], object], Future[object]]] = []
+        self._thread = ThreadPoolExecutor(1, "torc-twin-world")
+        self._ending, self._broken = False, ""
         self._lock = threading.Lock()
-        self._running, self._broken = True, ""
-        self._up = threading.Event()
-        self._thread = threading.Thread(target=self._live, name="torc-twin-world", daemon=True)
         self._goal: np.ndarray | None = None
         self._fingers: tuple[int, int] | None = None
         self._qpos = robot.arm.rest_qpos.copy()
@@ -71,15 +68,13 @@ class LiveWorld:
         self._dropped: list[int] = []
 
     def __enter__(self) -> Self:
-        self._thread.start()
-        if not self._up.wait(_STARTS_S):
-            raise TimeoutError("The simulated world did not start.")
-        self._check()
+        """Raises InputError for a problem that cannot be built."""
+        self._ask(self._begin, _STARTS_S)
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._running = False
-        self._thread.join()
+        self._thread.submit(self._end)
+        self._thread.shutdown()
 
     @property
     def qpos(self) -> np.ndarray:
@@ -111,7 +106,12 @@ class LiveWorld:
 
     def capture(self) -> Capture:
         """A snapshot; the world waits for it. What came to rest in the bin, or below the table, is taken away."""
-        return self._ask(self._capture)
+
+        def look() -> Capture:
+            self._cleared()
+            return self._camera.capture()
+
+        return self._ask(look)
 
     def truth(self, after_s: float = 1.0) -> Truth:
         """What really came of it so far, and of what still falls."""
@@ -122,73 +122,90 @@ class LiveWorld:
         """A person lays the scene out again: all objects stand where the problem puts them, and at rest. The arm stays
         where it is.
         """
-        self._ask(self._laid_out)
+
+        def lay_out() -> None:
+            for k, (position, wxyz) in enumerate(zip(*self._first, strict=True)):
+                self._world.unpark(k, position, wxyz)
+            self._in_bin.clear()
+            self._dropped.clear()
+            self._world.update_position_stage()
+
+        self._ask(lay_out)
 
     def disturb(self, object_id: int | None = None, by_m: float = _DISTURBED_M) -> int:
         """Somebody pushes an object aside, away from the others; which one it is. The one that reaches highest, if none
         is named. Raises InputError for one that is not there any more.
         """
-        return self._ask(lambda: self._pushed(object_id, by_m))
 
-    def _ask(self, wish: Callable[[], T]) -> T:
+        def push() -> int:
+            world = self._world
+            there, places = world.on_table(), world.positions
+            if not there or (object_id is not None and object_id not in there):
+                raise InputError(f"No such object is on the table; there are {list(there)}.")
+            k = max(there, key=lambda i: places[i, 2]) if object_id is None else object_id
+            away = places[k, :2] - places[list(there), :2].mean(axis=0)
+            away = away / (np.linalg.norm(away) or 1.0)
+            world.set_object_pose(k, places[k] + [*(by_m * away), _CLEAR_M], world.wxyz[k])
+            world.update_position_stage()
+            return k
+
+        return self._ask(push)
+
+    def _ask(self, task: Callable[[], T], limit_s: float = _PICTURE_S) -> T:
+        """Gives the world's thread a task, and waits for it. Raises what the task raises, and TorcError."""
         self._check()
-        answer: Future[object] = Future()
-        with self._lock:
-            self._wishes.append((wish, answer))
-        return answer.result(_PICTURE_S)  # type: ignore[return-value]
+        try:
+            return self._thread.submit(task).result(limit_s)
+        except TimeoutError:
+            raise TorcError(f"The simulated world did not answer within {limit_s:g} s.") from None
 
     def _check(self) -> None:
         if self._broken:
             raise TorcError(f"The simulated world broke: {self._broken}.")
 
-    def _live(self) -> None:
+    def _begin(self) -> None:
         problem, robot, workspace = self._made_of
-        try:
-            world = build_world(problem, robot, workspace)
-            self._world, self._stepper = world, Stepper(world)
-            self._first = world.positions.copy(), world.wxyz.copy()
-            self._gripper = SimulatedGripper(self._stepper, robot)
-            self._arm = SimulatedArm(self._stepper, robot, self._gripper)
-            self._gripper.begin_opening(self._gripper.max_width_m)
-            with SimulatedCamera(world) as self._camera:
-                self._go_on(world)
-        except Exception as error:  # whoever waits must hear of it
-            self._broken = str(error) or type(error).__name__
-            for _, answer in self._wishes:
-                answer.set_exception(TorcError(self._broken))
-        finally:
-            self._up.set()
-
-    def _go_on(self, world: World) -> None:
-        began = time.monotonic() - world.time_s
+        world = build_world(problem, robot, workspace)
+        self._world, self._stepper = world, Stepper(world)
+        self._first = world.positions.copy(), world.wxyz.copy()
+        self._gripper = SimulatedGripper(self._stepper, robot)
+        self._arm = SimulatedArm(self._stepper, robot, self._gripper)
+        self._gripper.begin_opening(self._gripper.max_width_m)
+        self._camera = SimulatedCamera(world)
+        self._began = time.monotonic() - world.time_s
         self._rest_since, self._width = world.time_s, self._gripper.width_m
-        while self._running:
-            with self._lock:
-                wishes, self._wishes = self._wishes, []
-            for wish, answer in wishes:
-                try:
-                    answer.set_result(wish())
-                except InputError as error:  # of a wish that cannot be; nothing broke
-                    answer.set_exception(error)
-                except Exception as error:  # whoever wished must hear of it
-                    answer.set_exception(error)
-                    raise
-            behind = time.monotonic() - began - world.time_s
-            if behind > _MOST_BEHIND_S:
-                began += behind - _MOST_BEHIND_S
-            if behind < self._stepper.period_s:
-                self._up.set()
+        self._thread.submit(self._go_on)
+
+    def _end(self) -> None:
+        self._ending = True
+        self._camera.close()
+
+    def _go_on(self) -> None:
+        """Catches up with the time by a step, or waits; then comes its own turn again, after all tasks."""
+        if self._ending:
+            return
+        try:
+            behind_s = time.monotonic() - self._began - self._world.time_s
+            self._began += max(0.0, behind_s - _MOST_BEHIND_S)
+            if behind_s < self._stepper.period_s:
                 time.sleep(0.002)
-                continue
-            self._step()
+            else:
+                self._step()
+        except Exception as error:  # whoever asks must hear of it
+            self._broken = str(error) or type(error).__name__
+        else:
+            self._thread.submit(self._go_on)
 
     def _step(self) -> None:
         if self._goal is not None:
             self._arm.command(self._goal)
         with self._lock:
             fingers = self._fingers
-        if fingers is not None:
-            self._command_fingers(*fingers)
+        if fingers is not None and fingers[0] >= self._scale.closed_count:
+            low, high = FORCE_N
+            self._gripper.begin_closing(low + fingers[1] / 255 * (high - low))
+        elif fingers is not None:
+            self._gripper.begin_opening(self._scale.width_m(fingers[0]))
         self._stepper.step()
         self._qpos = self._arm.qpos
         if self._felt:
@@ -196,16 +213,10 @@ class LiveWorld:
         if fingers is not None:
             self._feel_fingers(fingers)
 
-    def _command_fingers(self, position: int, force: int) -> None:
-        if position >= self._scale.closed_count:
-            low, high = FORCE_N
-            self._gripper.begin_closing(low + force / 255 * (high - low))
-        else:
-            self._gripper.begin_opening(self._scale.width_m(position))
-
     def _feel_fingers(self, fingers: tuple[int, int]) -> None:
         """Writes down where they are, once per step."""
-        width, now_s = self._gripper.width_m, self._world.time_s
+        state, now_s = self._gripper.state, self._world.time_s
+        width = state.width_m
         if abs(width - self._width) > _STILL_M_S * self._stepper.period_s:
             self._rest_since = now_s
         self._width = width
@@ -218,16 +229,10 @@ class LiveWorld:
                 self._found = count, Object.MOVING
                 return
             wanted = min(fingers[0], self._scale.closed_count)
-            empty = fingers[0] >= self._scale.closed_count and width < _EMPTY_M
-            if empty or abs(count - wanted) <= _ARRIVED_COUNTS:
-                self._found = count, Object.AT_POSITION
-            else:
-                closing = count < wanted
-                self._found = count, Object.STOPPED_CLOSING if closing else Object.STOPPED_OPENING
-
-    def _capture(self) -> Capture:
-        self._cleared()
-        return self._camera.capture()
+            found = Object.STOPPED_CLOSING if count < wanted else Object.STOPPED_OPENING
+            empty = self._gripper.closed and not state.holding
+            arrived = empty or abs(count - wanted) <= _ARRIVED_COUNTS
+            self._found = count, Object.AT_POSITION if arrived else found
 
     def _cleared(self) -> Truth:
         """Takes away what has come to rest in the bin, or below the table."""
@@ -241,22 +246,3 @@ class LiveWorld:
             world.park(k, Presence.DELIVERED if k in in_bin else Presence.DROPPED)
         world.update_position_stage()
         return Truth(tuple(self._in_bin), tuple(self._dropped))
-
-    def _laid_out(self) -> None:
-        for k, (position, wxyz) in enumerate(zip(*self._first, strict=True)):
-            self._world.unpark(k, position, wxyz)
-        self._in_bin.clear()
-        self._dropped.clear()
-        self._world.update_position_stage()
-
-    def _pushed(self, object_id: int | None, by_m: float) -> int:
-        world = self._world
-        there, places = world.on_table(), world.positions
-        if not there or (object_id is not None and object_id not in there):
-            raise InputError(f"No such object is on the table; there are {list(there)}.")
-        k = max(there, key=lambda i: places[i, 2]) if object_id is None else object_id
-        away = places[k, :2] - places[list(there), :2].mean(axis=0)
-        away = away / (np.linalg.norm(away) or 1.0)
-        world.set_object_pose(k, places[k] + [*(by_m * away), _CLEAR_M], world.wxyz[k])
-        world.update_position_stage()
-        return k
