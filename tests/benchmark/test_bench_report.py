@@ -81,7 +81,7 @@ def test_only_a_report_that_the_viewer_serves_speaks_of_its_page(played, page, t
     assert f"{from_its_page} this command, each leads to the picks: <span><code>torc view {copied}<" in (
         served.page.read_text()
     )
-    assert "open Report" in served.view.advice
+    assert "open Report" in served.advice
     assert from_its_page not in page
 
 

@@ -13,9 +13,9 @@ from torc.benchmark import store as store_module
 from torc.benchmark.local_pool import Failure, FailureKind
 from torc.benchmark.playing import run_missing
 from torc.benchmark.reading import read_table
+from torc.benchmark.rows import trial_records
 from torc.benchmark.spec import planned
 from torc.benchmark.store import Store
-from torc.benchmark.table_files import trial_records
 from torc.errors import InputError
 
 CHECKOUT = Path(__file__).parents[2]

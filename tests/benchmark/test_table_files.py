@@ -12,7 +12,7 @@ import pytest
 from torc.benchmark.reading import read_table, read_tables
 from torc.benchmark.report.ranking import rank
 from torc.benchmark.report.writing import Report
-from torc.benchmark.table_files import PICKS_FILE, TRIALS_FILE, read_rows, write_tables
+from torc.benchmark.rows import PICKS_FILE, TRIALS_FILE, read_rows, write_tables
 from torc.benchmark.tracking import track
 from torc.errors import InputError
 

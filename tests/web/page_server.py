@@ -17,13 +17,11 @@ from torc.episode.trial import Trial
 from torc.specs.conditions import Conditions
 from torc.specs.trial import TrialSpec
 from torc.testing.synthetic import Shape
-from torc.web.app import Site
-from torc.web.expert import HumanPlanner, SessionListener
+from torc.web.app import Site, make_app
 from torc.web.frames import FrameBoard
-from torc.web.human_queue import HumanQueue, make_queue
-from torc.web.serving import listen, serving
-from torc.web.session import Phase, Session, SessionState
-from torc.web.shelf import Shelf
+from torc.web.serving import listen, serving_app
+from torc.web.session import HumanPlanner, Phase, Session, SessionListener, SessionState
+from torc.web.shelf import HumanQueue, Shelf, make_queue
 
 
 @dataclass
@@ -84,7 +82,9 @@ def served(
     """A server for the trials below `root`, as `torc view` starts it; with a session, as `torc human` does."""
     shelf = Shelf(root, only)
     site = Site(shelf, trials or shelf, session, board)
-    with serving(site, listen("127.0.0.1", port), token) as real_port:
+    sock = listen("127.0.0.1", port)
+    real_port = sock.getsockname()[1]
+    with serving_app(make_app(site, token, real_port), sock):
         yield Client(real_port)
 
 

@@ -1,11 +1,10 @@
 """Check everything before the first trial, so that faults are reported at once and stop nothing later."""
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import replace
 
 from torc.benchmark.spec import Around, BenchPlanner, BenchProblem, problem_fingerprint
-from torc.errors import InputError, TorcError
+from torc.errors import InputError
 from torc.io.digests import part_source
 from torc.pipeline.building import build_system, sources
 from torc.pipeline.planners import load_planner, make_spec_planner
@@ -13,13 +12,15 @@ from torc.problems.problem import Problem, load_problem
 from torc.problems.sets import select_problems, shipped_path
 from torc.registry.context import parameters
 from torc.registry.kinds import TASK_PLANNERS
-from torc.registry.loading import is_shipped, part_paths
+from torc.registry.loading import blamed, is_shipped, part_paths
 from torc.registry.settings import Settings
 from torc.specs.conditions import Conditions
 from torc.specs.trial import PlannerSpec
 from torc.specs.variants import varied
 from torc.vlm.cache import CacheConfig
 from torc.vlm.simulated.situation import Situation
+
+_REMEDY = "Repair it, or leave it out."
 
 
 def find_problems(selection: str) -> dict[BenchProblem, Problem]:
@@ -34,13 +35,8 @@ def find_problems(selection: str) -> dict[BenchProblem, Problem]:
                 f"{first} and {name} are both called '{problem.name}', so their trials would be mixed up. Change "
                 "`name:` in one of the files, or leave it out; generated ones are called otherwise with another --seed."
             )
-        played = BenchProblem(
-            name=problem.name,
-            category=problem.category,
-            digest=problem_fingerprint(problem),
-            shipped=shipped_path(name) is not None,
-        )
-        found[played] = problem
+        shipped = shipped_path(name) is not None
+        found[BenchProblem(problem.name, problem.category, problem_fingerprint(problem), shipped)] = problem
     return found
 
 
@@ -52,7 +48,7 @@ def split_vlm(text: str) -> tuple[str, str | None]:
 
 def find_around(conditions: Conditions) -> Around:
     """Return the conditions with fingerprints of user-defined parts. Raises InputError if a part cannot be used."""
-    with _explained("The parts around the planners"):
+    with blamed("The parts around the planners", InputError, _REMEDY):
         build_system(conditions)
         return Around(conditions, sources(conditions))
 
@@ -60,16 +56,11 @@ def find_around(conditions: Conditions) -> Around:
 def find_planner(spec: PlannerSpec, vlm_cache: CacheConfig | None, own_vlm: bool) -> BenchPlanner:
     """Check a planner by making it once; the VLM is passed to it if it takes a `client`.
 
-    Args:
-        spec: the planner, its settings, and the VLM.
-        vlm_cache: where replies are kept.
-        own_vlm: the VLM was named for this planner alone, so that it must ask one.
-
-    Raises:
-        InputError: it is unknown, or cannot be made (no key, missing options).
+    `own_vlm`: the VLM was named for this planner alone, so that it must ask one. Raises InputError: it is unknown, or
+    cannot be made (no key, missing options).
     """
     name = spec.name
-    with _explained(f"The planner '{name}'"):
+    with blamed(f"The planner '{name}'", InputError, _REMEDY):
         maker = load_planner(name)
         vlm = spec.vlm if "client" in parameters(maker) else None
         if vlm is None and TASK_PLANNERS.traits(maker).asks_model:
@@ -93,17 +84,6 @@ def under_variants(
         own = find_around(varied(conditions, variant)).sources if variant else {}
         found += [replace(p, variant=variant, variant_sources=own) for p in planners]
     return found
-
-
-@contextmanager
-def _explained(what: str) -> Iterator[None]:
-    """Turn any exception of user-defined parts into InputError."""
-    try:
-        yield
-    except TorcError:
-        raise
-    except Exception as error:
-        raise InputError(f"{what} cannot be made: {type(error).__name__}: {error}") from error
 
 
 def _not_asked() -> Situation:

@@ -4,6 +4,7 @@ import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
+from itertools import product
 from typing import Any
 
 from torc.errors import InputError
@@ -39,11 +40,8 @@ class BenchProblem:
 class BenchPlanner:
     """A task planner of a benchmark, under the benchmark's conditions or a variant of them.
 
-    Attributes:
-        spec: the planner.
-        source: fingerprint of the file that defines it, for planners that do not come with torc; "" else.
-        variant: changes to the benchmark's conditions: values by field or by dotted path of a setting.
-        variant_sources: fingerprints of user-defined parts under that variant, by field.
+    `source` is the fingerprint of the file that defines it, "" if it comes with torc. `variant` holds changes to the
+    conditions, by field or dotted path of a setting, `variant_sources` fingerprints of user-defined parts under it.
     """
 
     spec: PlannerSpec
@@ -146,9 +144,8 @@ def make_spec(
     labels = Counter(p.label for p in planners)
     if twice := [label for label, count in labels.items() if count > 1]:
         raise InputError(f"More than one planner is called {', '.join(twice)}. Give each its own `name`.")
-    trials = tuple(
-        planned(p, who, seed, around, version) for seed in seeds for p in problems for who in planners
-    )
+    every = product(seeds, problems, planners)
+    trials = tuple(planned(problem, who, seed, around, version) for seed, problem, who in every)
     if not trials:
         raise InputError("There is nothing to play: name at least one problem, planner and repeat.")
     return BenchSpec(around, trials)
@@ -212,8 +209,7 @@ def shard_of(spec: BenchSpec, shard: str) -> BenchSpec:
 
 
 def problem_fingerprint(problem: Problem) -> str:
-    """Return the fingerprint of what can change a trial: objects in their order, target, description. Not notes or
-    origin.
+    """Return the fingerprint of what can change a trial: objects in their order, target, description.
 
     torc's version covers models that come with it; user-defined models count with their files.
     """

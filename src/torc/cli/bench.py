@@ -163,9 +163,8 @@ class BenchCommand:
         return planners_of(of_file or [(name, {}) for name in split_names(self.planners)], self.vlm)
 
     def _play(self, store: Store, spec: BenchSpec, problems: dict[str, Problem]) -> int:
-        from torc.benchmark.manifest import begin_call, calls, end_call
-        from torc.benchmark.playing import run_missing
-        from torc.benchmark.progress import shown
+        from torc.benchmark.playing import run_missing, shown
+        from torc.benchmark.store import begin_call, calls, end_call
         from torc.episode.versions import differing, versions, versions_text
         from torc.pipeline.warm_up import MESSAGE, kernel_cache
 

@@ -60,8 +60,8 @@ class ReportCommand:
             for line in (report.summary["answer"], *report.summary["warnings"]):
                 print(printable(line))
             print(printable(f"The report: {report.page}"))
-            if report.view.advice:
-                print(printable(report.view.advice))
+            if report.advice:
+                print(printable(report.advice))
         if self.open:
             webbrowser.open(report.page.resolve().as_uri())
         return 0

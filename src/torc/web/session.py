@@ -1,4 +1,4 @@
-"""The link between the trial, which waits for a person, and the pages, of which there may be any number.
+"""HUMAN, and its link to the pages: a trial waits for a person, and there may be any number of pages.
 
 One thread plays trials and asks; the server's threads read the state and answer. The state is one small record that is
 replaced as a whole: a reader at any moment, however late, can show where things stand.
@@ -9,10 +9,17 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Annotated, Any
 
+import numpy as np
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass as checked_dataclass
 
+from torc.episode.events import Decided, Event, Executed, Looked, Planned, Started
 from torc.errors import InputError
+from torc.records import Decision, Evidence, Exchange, PickPlan, PlanningContext
+from torc.registry.kinds import TaskPlannerTraits
+
+NAME = "human"
+_ASKED = "Which object should the robot pick next?"
 
 
 class Phase(StrEnum):
@@ -32,17 +39,10 @@ class Phase(StrEnum):
 
 @dataclass(frozen=True)
 class SessionState:
-    """The state of a session.
+    """The state of a session; `version` rises with every change.
 
-    Attributes:
-        version: rises with every change.
-        phase: the present phase.
-        trial: key of the trial being played, or of the one that was played last.
-        pick: number of the pick.
-        allowed: ids that may be chosen while phase is CHOOSING.
-        chosen: id that was chosen in this pick.
-        message: a line for people.
-        waiting: keys of the trials that may be started.
+    `trial` is the key of the trial that is or was last played, `allowed` are the ids that may be chosen while phase is
+    CHOOSING, `chosen` the one of this pick, `message` a line for people, `waiting` keys of trials that may be started.
     """
 
     version: int = 0
@@ -57,14 +57,9 @@ class SessionState:
 
 @checked_dataclass(frozen=True, config=ConfigDict(extra="forbid", strict=True))
 class Choice:
-    """An answer of the expert.
+    """An answer of the expert to the question of that trial and pick; `note` says why, in the expert's words.
 
-    Attributes:
-        trial, pick: which question it answers.
-        object_id: what to pick; None to let the pick pass, or with give_up.
-        give_up: end the trial.
-        is_target: the expert takes the object for the target.
-        note: why, in the expert's words; may be empty.
+    `object_id` is None to let the pick pass, or with `give_up`; `is_target`: the expert takes it for the target.
     """
 
     trial: str
@@ -150,3 +145,58 @@ class Session:
     def _set(self, **changes: Any) -> None:
         self._state = replace(self._state, version=self._state.version + 1, **changes)
         self._changed.notify_all()
+
+
+class HumanPlanner(TaskPlannerTraits):
+    """Asks the person at the page, and waits. The page offers only what a planner may name, so it asks once."""
+
+    name = NAME
+
+    def __init__(self, session: Session | None = None, expert: str = "") -> None:
+        """Take the session, and the person's name, kept with each decision. Raises InputError without a session."""
+        if session is None:
+            raise InputError("A person chooses at a page in the browser: `torc human PROBLEM` opens it.")
+        self._session, self._expert = session, expert
+
+    def decide(self, context: PlanningContext, rng: np.random.Generator) -> Decision:
+        """Return the person's choice. Draws nothing from rng."""
+        choice = self._session.ask_object(len(context.history), context.report.graspable_ids)
+        chosen, is_target = choice.object_id, choice.is_target and choice.object_id is not None
+        reply, reason = str(chosen), f"The expert chose object {chosen}."
+        if choice.give_up:
+            reply, reason = "give up", "The expert gave up."
+        elif chosen is None:
+            reply, reason = "none", "The expert let this pick pass: nothing can be grasped."
+        elif is_target:
+            reply, reason = f"{chosen}, the target", f"The expert takes object {chosen} for the target."
+        return Decision(
+            chosen,
+            choice.note or reason,
+            give_up=choice.give_up,
+            is_target=is_target,
+            exchanges=(Exchange(_ASKED, reply),),
+            evidence=Evidence(notes={"expert": self._expert, "note": choice.note}),
+        )
+
+
+class SessionListener:
+    """Shows the progress of a trial on the pages."""
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+
+    def __call__(self, event: Event) -> None:
+        """Publish one event of the trial."""
+        publish = self._session.publish
+        match event:
+            case Started():
+                publish(phase=Phase.LOOKING, message="Looking")
+            case Looked():
+                publish(phase=Phase.LOOKING, pick=event.pick, message="")
+            case Decided():
+                publish(phase=Phase.PLANNING)
+            case Planned(plan=PickPlan() as plan):
+                publish(phase=Phase.EXECUTING, message=f"The robot picks object {plan.object_id}")
+            case Executed():
+                felt = event.outcome.as_felt.result.value
+                publish(phase=Phase.LOOKING, message=f"Pick {event.pick + 1}: {felt}")

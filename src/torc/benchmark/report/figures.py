@@ -15,10 +15,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from torc.benchmark.intervals import Estimate
-from torc.benchmark.measures import DROP_FREE, SUCCESS
+from torc.benchmark.measures import DROP_FREE, SUCCESS, within
 from torc.benchmark.paper import PaperMethod, paper_method, paper_success
 from torc.benchmark.rows import Table, TrialRow
-from torc.benchmark.scores import within
 from torc.errors import MissingDependencyError, extra_remedy
 
 if TYPE_CHECKING:

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from html import escape
 from importlib.resources import files
 
-from torc.benchmark.report.cells import Cell, Link, TextTable
+from torc.benchmark.report.cells import Cell, Failure, Link, Opening, TextTable
 from torc.benchmark.report.figures import Picture
 from torc.benchmark.report.ranking import Verdict
-from torc.benchmark.report.trials import Failure, Opening
 
 Paragraph = tuple[str | Link, ...]
 Block = str | Paragraph | TextTable | Picture | Failure
@@ -33,11 +32,9 @@ def html_page(
 ) -> str:
     """Return the report as HTML. An opening appears when its link is followed."""
     style = (files("torc.benchmark.report") / "style.css").read_text(encoding="utf-8")
-    told = [
-        ("it", verdict.answer),
-        *(("", r) for r in verdict.reasons),
-        *(("warn", w) for w in verdict.warnings),
-    ]
+    told = [("it", verdict.answer)]
+    told += [("", reason) for reason in verdict.reasons]
+    told += [("warn", warning) for warning in verdict.warnings]
     answer = "".join(f'<p class="{kind}">{escape(text)}</p>' for kind, text in told)
     links = "".join(f'<a href="#{s.anchor}">{escape(s.title)}</a>' for s in sections if s.anchor)
     parts = [
@@ -57,12 +54,8 @@ def html_page(
 
 
 def _html_opening(opening: Opening) -> str:
-    where, title, command = (
-        escape(opening.address.removeprefix("#")),
-        escape(opening.title),
-        escape(opening.command),
-    )
-    how = f"<b>{title}</b>. To see it pick by pick: <code>{command}</code>"
+    where, title = escape(opening.address.removeprefix("#")), escape(opening.title)
+    how = f"<b>{title}</b>. To see it pick by pick: <code>{escape(opening.command)}</code>"
     return f'<p class="opening" id="{where}">{how} <a href="#-">Close</a></p>'
 
 

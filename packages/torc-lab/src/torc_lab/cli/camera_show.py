@@ -15,7 +15,7 @@ from torc_lab.cli.camera_options import CameraOptions, opened, snapshot
 
 if TYPE_CHECKING:
     from torc.brain.seeing import Sight
-    from torc.web.camera_page import CameraBoard
+    from torc.web.frames import FrameBoard
 
 _WIDEST_PX = 1920
 _IDLE_S, _AFTER_TROUBLE_S = 0.1, 1.0
@@ -69,13 +69,12 @@ class ShowCommand:
         return see(observation, conditions)
 
     def _live(self) -> int:
-        from torc.web.camera_page import CameraBoard, make_camera_app
+        from torc.web.app import make_camera_app
+        from torc.web.frames import FrameBoard
 
-        board = CameraBoard()
+        board = FrameBoard()
         with opened(self.camera.conditions()) as camera:
-            board.show(
-                *self._told(camera)
-            )  # what is wrong with the options is told before anything is served
+            board.put(*self._told(camera))  # what is wrong with the options is told before anything is served
             try:
                 with served_app(lambda token, port: make_camera_app(board, token, port), self.page):
                     while True:
@@ -84,7 +83,7 @@ class ShowCommand:
                 print()
         return 0
 
-    def _watch(self, board: CameraBoard, camera: object) -> None:
+    def _watch(self, board: FrameBoard, camera: object) -> None:
         """One more picture, if somebody looks at them; trouble is shown there, and tried again."""
         from torc import InputError
         from torc.errors import CameraError
@@ -93,7 +92,7 @@ class ShowCommand:
             time.sleep(_IDLE_S)
             return
         try:
-            board.show(*self._told(camera))
+            board.put(*self._told(camera))
         except (CameraError, InputError) as error:
             board.trouble(str(error))
             time.sleep(_AFTER_TROUBLE_S)

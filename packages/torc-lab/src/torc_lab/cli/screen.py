@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     import numpy as np
     from jaxtyping import UInt8
 
-    from torc.web.camera_page import CameraBoard
+    from torc.web.frames import FrameBoard
     from torc_lab.scenes.laying_out import Screen
 
 _TASK = (
@@ -24,7 +24,7 @@ _TASK = (
 class _Page:
     """`Screen` of torc_lab.scenes.laying_out on the page of `torc camera show`."""
 
-    def __init__(self, board: CameraBoard) -> None:
+    def __init__(self, board: FrameBoard) -> None:
         self._board = board
 
     @property
@@ -34,7 +34,7 @@ class _Page:
     def show(self, rgb: UInt8[np.ndarray, "h w 3"], facts: dict[str, str]) -> None:
         from torc.web.frames import jpeg
 
-        self._board.show(jpeg(rgb), facts)
+        self._board.put(jpeg(rgb), facts)
 
     def trouble(self, text: str) -> None:
         self._board.trouble(text)
@@ -49,8 +49,9 @@ def page_screen(wanted: bool, options: PageOptions) -> Iterator[Screen | None]:
         yield None
         return
     check_web_libraries()
-    from torc.web.camera_page import CameraBoard, make_camera_app
+    from torc.web.app import make_camera_app
+    from torc.web.frames import FrameBoard
 
-    board = CameraBoard(_TASK)
+    board = FrameBoard(_TASK)
     with served_app(lambda token, port: make_camera_app(board, token, port), options):
         yield _Page(board)
