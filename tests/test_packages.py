@@ -19,7 +19,6 @@ DOORS = {
     "torc.benchmark.intervals",
     "torc.benchmark.measures",
     "torc.benchmark.paper",
-    "torc.benchmark.preflight",
     "torc.benchmark.report.cells",
     "torc.benchmark.report.pages",
     "torc.benchmark.report.tables",

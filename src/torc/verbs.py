@@ -15,10 +15,9 @@ from typing import Any, Self
 import torc
 from torc.benchmark.local_pool import LocalPool, PoolConfig, ThisProcess
 from torc.benchmark.playing import Order, run_missing, shown
-from torc.benchmark.preflight import find_around, find_planner, find_problems
 from torc.benchmark.reading import read_table
 from torc.benchmark.rows import Table
-from torc.benchmark.spec import BenchPlanner, make_spec
+from torc.benchmark.spec import BenchPlanner, find_around, find_planner, find_problems, make_spec
 from torc.benchmark.store import TRIAL, Store
 from torc.episode.events import Decided, Ended, Started
 from torc.episode.log import EndedLine, EventLine

@@ -47,8 +47,8 @@ def run_missing(
     vlm_cache: CacheConfig | None = None,
     listener: Listener = lambda trial, result: None,
     work: Work | None = None,
-) -> int:
-    """Play missing and errored trials of a store that the caller has locked; return how many were errored.
+) -> None:
+    """Play missing and errored trials of a store that the caller has locked.
 
     Whenever this is stopped, even killed, the store holds only whole trials, and the next call continues. `limit` is
     the most trials to play; `work`, by default `play`, plays an `Order` in a process of the backend.
@@ -58,13 +58,9 @@ def run_missing(
         for trial in store.left(spec)[:limit]
     }
     tasks = [Task(key, order, order.work / OUTPUT) for key, order in orders.items()]
-    errored = 0
     for ending in backend.run(work or play, tasks):
         order = orders[ending.key]
-        result = store.accept(order.trial, order.work, ending.failure)
-        errored += not result.completed
-        listener(order.trial, result)
-    return errored
+        listener(order.trial, store.accept(order.trial, order.work, ending.failure))
 
 
 def changed_part(trial: PlannedTrial) -> str | None:

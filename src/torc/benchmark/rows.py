@@ -199,17 +199,10 @@ class Table:
         return Table(self.root, self.beside or tuple(row for row in self.rows if row.real))
 
     @property
-    def has_place(self) -> bool:
-        """True if the trials share a directory that a viewer can be given."""
-        whole = self.root.resolve()
-        return whole != whole.parent
-
-    @property
     def view_command(self) -> str:
         """The command that shows the trials in a browser; "" if they share no directory but the root of the disk."""
-        if not self.has_place:
-            return ""
-        return f"torc view {shlex.quote(str(self.root))}"
+        whole = self.root.resolve()
+        return "" if whole == whole.parent else f"torc view {shlex.quote(str(self.root))}"
 
     @property
     def conditions(self) -> str:

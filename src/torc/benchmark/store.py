@@ -197,10 +197,12 @@ class Store:
         if not (left / "spec.json").is_file():
             spec = trial.spec(self.problem_path(trial.problem))
             write_json(left / "spec.json", to_plain(spec, trial.sources))
-        text = f"{failure.kind}: {failure.text}\n\n{said.decode('utf-8', 'replace')}"
-        (left / "error.txt").write_text(text, encoding="utf-8")
-        facts = {"status": "errored", "cause": failure.kind.value, "error": failure.text}
-        result = TrialResult(format=RESULT_FORMAT, **facts, versions=versions())
+        log = f"{failure.kind}: {failure.text}\n\n{said.decode('utf-8', 'replace')}"
+        (left / "error.txt").write_text(log, encoding="utf-8")
+        cause, text = failure.kind.value, failure.text
+        result = TrialResult(
+            format=RESULT_FORMAT, status="errored", cause=cause, error=text, versions=versions()
+        )
         write_json(left / "result.json", result.plain)
         return left
 

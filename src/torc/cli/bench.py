@@ -140,8 +140,7 @@ class BenchCommand:
     def _plan(self) -> tuple[BenchSpec, dict[str, Problem]]:
         """Return the trials that the options describe, and the problems by name."""
         import torc
-        from torc.benchmark.preflight import find_around, find_problems, under_variants
-        from torc.benchmark.spec import make_spec, shard_of
+        from torc.benchmark.spec import find_around, find_problems, make_spec, shard_of, under_variants
         from torc.problems.problem import robot_hint
         from torc.robots.loading import load_robot
         from torc.specs.variants import variants

@@ -41,8 +41,7 @@ class ReportCommand:
         """Write the report and return the exit code."""
         import webbrowser
 
-        from torc.benchmark.report.writing import write_report
-        from torc.benchmark.tracking import track
+        from torc.benchmark.report.writing import track, write_report
         from torc.episode.viewer_links import REPORT
 
         if self.gallery < 0:

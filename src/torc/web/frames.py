@@ -7,12 +7,12 @@ from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
-import cv2
 import numpy as np
 from jaxtyping import UInt8
 
 from torc.episode import video
 from torc.episode.pick_view import POINT_UNIT_M, PickView
+from torc.io.pictures import jpeg_bytes
 from torc.sim.closing import Closing
 from torc.sim.rendering import CameraRenderer
 from torc.sim.simulated_world import World
@@ -88,8 +88,7 @@ class RobotCamera(Closing):
 
 def jpeg(rgb: UInt8[np.ndarray, "h w 3"]) -> bytes:
     """Return a picture as JPEG."""
-    bgr = cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR)
-    return cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])[1].tobytes()
+    return jpeg_bytes(rgb, _JPEG_QUALITY)
 
 
 def pack_view(view: PickView) -> bytes:

@@ -6,8 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from torc.benchmark.preflight import find_planner
-from torc.benchmark.spec import BenchPlanner
+from torc.benchmark.spec import BenchPlanner, find_planner
 from torc.errors import InputError
 from torc.perception.protocol import Wanted
 from torc.records import Observation

@@ -1,6 +1,5 @@
 """Content of the report: tables, every trial as a square with a link, pictures of what went wrong in failed ones."""
 
-import base64
 import io
 import shlex
 from collections import defaultdict, deque
@@ -13,6 +12,7 @@ from PIL import Image
 from torc.benchmark.rows import Table, TrialRow
 from torc.episode.recorded import LOG
 from torc.episode.viewer_links import trial_link
+from torc.io.pictures import data_url
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ def address_of(table: Table, row: TrialRow, pick: int = 0) -> str | None:
 
     In a viewer's page it leads to the pick, in the file of the report to the trial's `Opening`.
     """
-    shown = table.has_place and (row.directory / LOG).is_file()
+    shown = table.view_command and (row.directory / LOG).is_file()
     return trial_link(table.root, row.directory, pick) if shown else None
 
 
@@ -94,12 +94,12 @@ def _square(table: Table, row: TrialRow) -> Link:
 
 @dataclass(frozen=True)
 class Failure:
-    """A failed trial in the gallery: the address of the pick that failed, and its picture in base64, if any."""
+    """A failed trial in the gallery: the address of the pick that failed, and its picture as data URL, if any."""
 
     title: str
     text: str
     address: str | None
-    jpeg: str
+    picture: str
 
 
 def failures(table: Table, planners: Sequence[str], most: int) -> tuple[list[Failure], int]:
@@ -139,16 +139,16 @@ def openings(table: Table) -> list[Opening]:
 
 
 def _failure(table: Table, row: TrialRow) -> Failure:
-    pick, text, jpeg = row.failed_pick, f"{row.end} after {row.picks} picks", ""
+    pick, text, picture = row.failed_pick, f"{row.end} after {row.picks} picks", ""
     if pick is not None:
         said = f": {pick.detail}" if pick.detail else ""
         text += f". Pick {pick.pick + 1}, object {pick.object_id}: {pick.result}{said}"
-        jpeg = _small(row.directory / "picks" / f"{pick.pick:02d}_seen.png")
-    return Failure(row.title, text, address_of(table, row, pick.pick if pick else 0), jpeg)
+        picture = _small(row.directory / "picks" / f"{pick.pick:02d}_seen.png")
+    return Failure(row.title, text, address_of(table, row, pick.pick if pick else 0), picture)
 
 
 def _small(picture: Path) -> str:
-    """Return a small copy as JPEG in base64; "" if there is no readable picture."""
+    """Return a small copy as data URL; "" if there is no readable picture."""
     try:
         image = Image.open(picture).convert("RGB")
     except (OSError, ValueError):
@@ -156,4 +156,4 @@ def _small(picture: Path) -> str:
     image.thumbnail((_MAX_WIDTH, 10 * _MAX_WIDTH))
     encoded = io.BytesIO()
     image.save(encoded, "JPEG", quality=_JPEG_QUALITY)
-    return base64.b64encode(encoded.getvalue()).decode()
+    return data_url(encoded.getvalue())

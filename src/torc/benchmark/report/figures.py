@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from torc.benchmark.intervals import Estimate
 from torc.benchmark.measures import DROP_FREE, SUCCESS, within
 from torc.benchmark.paper import PaperMethod, paper_method, paper_success
 from torc.benchmark.rows import Table, TrialRow
@@ -26,14 +25,13 @@ if TYPE_CHECKING:
 
 _COLORS = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7", "#F0E442", "#666666")
 _GRAY, _INK = "#C8C8C8", "#1E1E1E"
-_PAPER_MARK: dict[str, Any] = {"marker": "D", "s": 46, "facecolor": "white", "edgecolor": _INK}
-_PAPER_MARK |= {"linewidth": 1.3, "zorder": 5}
 _STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",
     "font.family": "sans-serif",
     "font.size": 10,
     "axes.spines.top": False,
     "axes.spines.right": False,
+    "axes.prop_cycle": f"cycler('color', {_COLORS})",
     "hatch.linewidth": 0.6,
 }
 _MAX_POINTS = 400
@@ -92,11 +90,13 @@ def _success(table: Table, planners: list[str]) -> Figure:
     for i, planner in enumerate(planners):
         done = table.completed(planner)
         success, clean = SUCCESS.of(done), DROP_FREE.of(done)
-        axes.bar(i, clean.value, 0.62, color=_color(i), label=None if i else "with no drop")
-        hatched: dict[str, Any] = {"color": _GRAY, "hatch": "///", "edgecolor": "white"}
-        dropped = success.value - clean.value
-        axes.bar(i, dropped, 0.62, clean.value, label=None if i else "with drops", **hatched)
-        _whisker(axes, i, success)
+        axes.bar(i, clean.value, 0.62, color=f"C{i}", label=None if i else "with no drop")
+        look: dict[str, Any] = {"color": _GRAY, "hatch": "///", "edgecolor": "white"}
+        look["label"] = None if i else "with drops"
+        axes.bar(i, success.value - clean.value, 0.62, clean.value, **look)
+        if np.isfinite(success.high):
+            ends = [[max(success.value - success.low, 0.0)], [max(success.high - success.value, 0.0)]]
+            axes.errorbar(i, success.value, ends, color=_INK, capsize=4, linewidth=1.3, zorder=3)
         _mark_paper(axes, i, paper_method(planner, table.all_real), lambda m: [m.success, m.drop_free])
     axes.set_ylim(0, 1.04)
     axes.set_ylabel("share of trials")
@@ -118,14 +118,13 @@ def _boxes(
     for i, planner in enumerate(planners):
         points = np.array([v for row in table.completed(planner) for v in values(row)], dtype=float)
         if len(points):
-            box = {"facecolor": _color(i), "alpha": 0.35, "edgecolor": _INK}
-            median = {"color": _INK, "linewidth": 2.2}
-            look: dict[str, Any] = {"patch_artist": True, "boxprops": box, "medianprops": median}
-            axes.boxplot(points, positions=[i], widths=0.5, showfliers=False, **look)
+            look: dict[str, Any] = {"boxprops": {"facecolor": f"C{i}", "alpha": 0.35, "edgecolor": _INK}}
+            look["medianprops"] = {"color": _INK, "linewidth": 2.2}
+            axes.boxplot(points, positions=[i], widths=0.5, showfliers=False, patch_artist=True, **look)
             if len(points) > _MAX_POINTS:
                 points = rng.choice(points, _MAX_POINTS, replace=False)
             beside = i + rng.uniform(-0.2, 0.2, len(points))
-            axes.scatter(beside, points, 7, color=_color(i), alpha=0.6, zorder=3)
+            axes.scatter(beside, points, 7, color=f"C{i}", alpha=0.6, zorder=3)
         _mark_paper(axes, i, paper_method(planner, table.all_real), paper)
     axes.set_ylabel(label)
     axes.set_yscale("log" if log else "linear")
@@ -140,9 +139,9 @@ def _within(table: Table, planners: list[str]) -> Figure:
     picks = np.arange(1, budget + 1)
     for i, planner in enumerate(planners):
         found = [within(table.completed(planner), int(k)) for k in picks]
-        look: dict[str, Any] = {"color": _color(i), "marker": _MARKERS[i % len(_MARKERS)], "markersize": 4}
+        look: dict[str, Any] = {"color": f"C{i}", "marker": _MARKERS[i % len(_MARKERS)], "markersize": 4}
         axes.plot(picks, [f.value for f in found], **look, linewidth=1.5, label=planner)
-        axes.fill_between(picks, [f.low for f in found], [f.high for f in found], color=_color(i), alpha=0.12)
+        axes.fill_between(picks, [f.low for f in found], [f.high for f in found], color=f"C{i}", alpha=0.12)
     axes.set_ylim(0, 1.04)
     axes.set_xlim(0.8, budget + 0.2)
     axes.set_xticks(picks[:: 1 + budget // 21])
@@ -189,10 +188,6 @@ def _new_figure(width: float, height: float, columns: int = 1) -> tuple[Figure, 
     return figure, figure.subplots(1, columns, squeeze=False)[0]
 
 
-def _color(index: int) -> str:
-    return _COLORS[index % len(_COLORS)]
-
-
 def _name_planners(axes: Axes, planners: list[str], legend: bool = True) -> None:
     """Write the planners along the x axis, the legend above."""
     axes.set_xticks(range(len(planners)), [p.replace("[", "\n[") for p in planners], rotation=20, ha="right")
@@ -201,20 +196,14 @@ def _name_planners(axes: Axes, planners: list[str], legend: bool = True) -> None
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, 1.16), ncols=3, frameon=False, fontsize=9)
 
 
-def _whisker(axes: Axes, x: float, found: Estimate) -> None:
-    """Draw an interval as a line; nothing if it is infinite."""
-    if np.isfinite(found.high):
-        below, above = max(found.value - found.low, 0.0), max(found.high - found.value, 0.0)
-        axes.errorbar(x, found.value, [[below], [above]], color=_INK, capsize=4, linewidth=1.3, zorder=3)
-
-
 def _mark_paper(
     axes: Axes, i: int, method: PaperMethod | None, values: Callable[[PaperMethod], list[float]]
 ) -> None:
     """Mark the paper's values beside a planner's; the first marks make the entry of the legend."""
     if marks := values(method) if method else []:
         label = None if "the paper" in axes.get_legend_handles_labels()[1] else "the paper"
-        axes.scatter([i + 0.36] * len(marks), marks, **_PAPER_MARK, label=label)
+        look: dict[str, Any] = {"marker": "D", "s": 46, "facecolor": "white", "edgecolor": _INK}
+        axes.scatter([i + 0.36] * len(marks), marks, **look, linewidth=1.3, zorder=5, label=label)
 
 
 _FIGURES: dict[str, tuple[Callable[[Table, list[str]], Figure], str, str]] = {

@@ -1,7 +1,9 @@
-"""Write the report on directories of trials."""
+"""Write the report on directories of trials, and log it to an experiment tracker."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from importlib import import_module
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -28,25 +30,6 @@ _FIGURES = "figures"
 _TO_COMMANDS = " Each leads to the command that shows the trial."
 _TO_PICKS = " Where you open this report from the page of this command, each leads to the picks: "
 _MOST_LEFT_OUT = 20
-_INTERVALS = (
-    "Intervals: trials of one problem are alike, so that problems are the sample. Shares have Wilson's interval for "
-    "the effective number of trials, means Student's t corrected for skewness (Hall), differences Student's t, medians "
-    "Woodruff's interval; each with the number of problems less one as degrees of freedom. In simulations with 10 to "
-    "40 problems they contain the truth in 93 to 97 % of the cases; the usual bootstrap over problems in 86 to 94 %."
-)
-_BOUNDS = (
-    "Which bound is which. ORACLE knows the scene and foresees every draw of chance, unlucky grasps among them: where "
-    "its cost is proved, no planner can do with less, but no planner without foresight can be expected to reach it "
-    "either. INFORMED knows the scene, and weighs orders of picks by other draws than the trial's: what it needs more "
-    "than ORACLE is luck. It is what somebody achieves, no proof: a planner may do better. What a planner needs more "
-    "than INFORMED is what seeing and planning better might gain."
-)
-_OBJECTIVE = (
-    "Ranking: the paper's primary objective is the number of picks until the target is retrieved, its secondary one "
-    "the number of objects dropped. A trial that never retrieved the target counts as its whole budget. Planners that "
-    "a permutation test over problems cannot tell from the best one (p of .05 or more, corrected for the number of "
-    "planners) are a tie; among these, one that certainly drops fewer objects is preferred."
-)
 
 
 @dataclass(frozen=True)
@@ -71,7 +54,8 @@ def write_report(roots: Sequence[Path], out: Path, gallery: int = 24) -> Report:
     pictures = draw_all(table, planners)
     view = table.view_command if any(address_of(table, row) for row in table.rows) else ""
     served = bool(view) and out.resolve() == (table.root / REPORT.parent).resolve()
-    advice, links = "", [_TO_COMMANDS] if view else []
+    links: list[str | Link] = [_TO_COMMANDS] if view else []
+    advice = ""
     if served:
         links += [_TO_PICKS, Link(view, kind="code")]
         advice = f"To follow its links pick by pick, open Report in the page of: {view} --open"
@@ -122,7 +106,9 @@ def _sections(
     ]
     shown, failed = failures(table, planners, gallery)
     caption = f"{len(shown)} of {failed} failed trials, one of each cause in turn. Click a picture to see that pick."
-    origins = [_OBJECTIVE, _BOUNDS, _INTERVALS, f"Diamonds: {CITATION}.", *_origins(table)]
+    method = (files("torc.benchmark.report") / "method.txt").read_text(encoding="utf-8")
+    paragraphs = [" ".join(text.split()) for text in method.split("\n\n")]
+    origins = [*paragraphs, f"Diamonds: {CITATION}.", *_origins(table)]
     with_rows = [t for t in open_tables if t.rows]
     return [
         Section("", [tables.ranking_table(standings, ranked, ranking.comparable)]),
@@ -194,3 +180,39 @@ def _summary(ranking: Ranking) -> dict[str, Any]:
 def _plain(found: Estimate) -> dict[str, float | int | None]:
     """Replace NaN and infinity, which JSON lacks, by None."""
     return {k: v if abs(v) < float("inf") else None for k, v in asdict(found).items()}
+
+
+def track(report: Report, where: str) -> None:
+    """Log each planner's measures, and the report's page, to `where`: mlflow:EXPERIMENT or wandb:PROJECT.
+
+    The trackers' own environment variables give the server (MLFLOW_TRACKING_URI; WANDB_API_KEY, WANDB_MODE). Raises
+    InputError: another tracker, no name, or its library is not installed.
+    """
+    tracker, _, name = where.partition(":")
+    if tracker not in ("mlflow", "wandb") or not name:
+        raise InputError(f"{where!r} is no tracker. Write mlflow:EXPERIMENT or wandb:PROJECT.")
+    try:
+        library: Any = import_module(tracker)
+    except ImportError:
+        raise InputError(f"{tracker} is not installed: pip install {tracker}") from None
+    if tracker == "mlflow":
+        library.set_experiment(name)
+    for standing in report.summary["ranking"]:
+        planner = standing["planner"]
+        metrics = {
+            name.replace(",", "") + suffix: measure[key]  # MLflow allows no commas in names
+            for name, measure in standing["measures"].items()
+            for key, suffix in (("value", ""), ("low", " low"), ("high", " high"))
+            if measure[key] is not None
+        }
+        facts = {key: value for key, value in standing.items() if key != "measures"}
+        if tracker == "mlflow":
+            with library.start_run(run_name=planner):
+                library.log_params(facts)
+                library.log_metrics(metrics)
+                library.log_artifact(str(report.page))
+        else:
+            run = library.init(project=name, name=planner, config=facts)
+            run.log(metrics)
+            run.save(str(report.page), base_path=str(report.directory), policy="now")
+            run.finish()

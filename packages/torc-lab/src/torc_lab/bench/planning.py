@@ -7,9 +7,8 @@ import numpy as np
 
 import torc
 from torc import InputError
-from torc.benchmark.preflight import find_around
 from torc.benchmark.rows import REAL
-from torc.benchmark.spec import BenchPlanner, BenchProblem, BenchSpec, make_spec
+from torc.benchmark.spec import BenchPlanner, BenchProblem, BenchSpec, find_around, make_spec
 from torc.pipeline.planners import refuse_simulated
 from torc_lab.lab_file import Lab
 from torc_lab.scenes.scene import Scene
