@@ -66,16 +66,15 @@ def _median_of_picks(
     return of
 
 
-def _share_of_grasps(good: Callable[[PickRow], bool], unseen: bool = False) -> Of:
+def _grasps(good: Callable[[PickRow], bool], unseen: bool = False) -> Of:
     """Return the measure of a share of the executed grasps; `unseen`: only kinds outside the grasp model's training."""
-    return lambda rows: share(
-        *per_row(
-            (r.problem, good(p))
-            for r in rows
-            for p in r.picked
-            if p.grasp_tried and (p.unseen_kind or not unseen)
-        )
-    )
+
+    def of(rows: Rows) -> Estimate:
+        picks = ((r.problem, p) for r in rows for p in r.picked)
+        tried = ((name, p) for name, p in picks if p.grasp_tried and (p.unseen_kind or not unseen))
+        return share(*per_row((name, good(p)) for name, p in tried))
+
+    return of
 
 
 SUCCESS = Measure(
@@ -103,34 +102,27 @@ MEDIAN_PICKS = Measure(
     lambda rows: median([r.problem for r in rows], [r.picks for r in rows]),
     0,
 )
-MEAN_PICKS = Measure("mean picks", "of all completed trials", _mean(lambda r: r.picks), 1)
 DECISION_S = Measure(
     "decision, s", "median time of one decision", _median_of_picks(lambda p: p.decision_s), None
 )
-PLANNING_S = Measure(
-    "pick planning, s",
-    "median time of planning a pick: grasps and motions, without the decision",
-    _median_of_picks(lambda p: p.planning_s, lambda p: p.motions_s > 0),
-)
-GRASPS = Measure(
-    "grasps held",
-    "after the lift, of the grasps that were carried out",
-    _share_of_grasps(lambda p: p.held),
-)
-DELIVERED = Measure("delivered", "put into the bin, of the same", _share_of_grasps(lambda p: p.delivered))
-UNSEEN_GRASPS = Measure(
-    "held of unseen kinds",
-    "grasps held of kinds of objects that the grasp model was never trained on",
-    _share_of_grasps(lambda p: p.held, unseen=True),
-)
-UNSEEN_DELIVERED = Measure(
-    "delivered of unseen kinds",
-    "put into the bin, of the same",
-    _share_of_grasps(lambda p: p.delivered, unseen=True),
-)
+_UNSEEN = "grasps held of kinds of objects that the grasp model was never trained on"
 MEASURES = (
-    *(SUCCESS, DROP_FREE, COST, DROPS, MEDIAN_PICKS, MEAN_PICKS, DECISION_S, PLANNING_S),
-    *(GRASPS, DELIVERED, UNSEEN_GRASPS, UNSEEN_DELIVERED),
+    *(SUCCESS, DROP_FREE, COST, DROPS, MEDIAN_PICKS),
+    Measure("mean picks", "of all completed trials", _mean(lambda r: r.picks), 1),
+    DECISION_S,
+    Measure(
+        "pick planning, s",
+        "median time of planning a pick: grasps and motions, without the decision",
+        _median_of_picks(lambda p: p.planning_s, lambda p: p.motions_s > 0),
+    ),
+    Measure("grasps held", "after the lift, of the grasps that were carried out", _grasps(lambda p: p.held)),
+    Measure("delivered", "put into the bin, of the same", _grasps(lambda p: p.delivered)),
+    Measure("held of unseen kinds", _UNSEEN, _grasps(lambda p: p.held, unseen=True)),
+    Measure(
+        "delivered of unseen kinds",
+        "put into the bin, of the same",
+        _grasps(lambda p: p.delivered, unseen=True),
+    ),
 )
 
 picks_where_solved = _mean(lambda r: r.picks, lambda r: r.solved)

@@ -33,6 +33,13 @@ _WENT_WELL = (PickResult.RETRIEVED, PickResult.REMOVED)
 _Row = TypeVar("_Row")
 
 
+def _below(directory: Path) -> Path:
+    """Refuse directories outside the table's own: tables may come from strangers."""
+    if directory.is_absolute() or ".." in directory.parts:
+        raise ValueError(f"The directory '{directory}' leads elsewhere")
+    return directory
+
+
 @dataclass(frozen=True)
 class PickRow:
     """One attempt. Times are wall times except `robot_s`, which is on the robot's clock.
@@ -49,7 +56,7 @@ class PickRow:
     """
 
     pick: int
-    result: str
+    result: Annotated[str, AfterValidator(PickResult)]
     object_id: int
     attempts: int
     decision_s: float
@@ -98,7 +105,7 @@ class TrialRow:
     """
 
     id: str
-    directory: Path
+    directory: Annotated[Path, AfterValidator(_below)]
     problem: str
     category: str
     planner: str
@@ -199,10 +206,15 @@ class Table:
         return Table(self.root, self.beside or tuple(row for row in self.rows if row.real))
 
     @property
+    def has_place(self) -> bool:
+        """True if the trials share a directory that a viewer can be given."""
+        whole = self.root.resolve()
+        return whole != whole.parent
+
+    @property
     def view_command(self) -> str:
         """The command that shows the trials in a browser; "" if they share no directory but the root of the disk."""
-        whole = self.root.resolve()
-        return "" if whole == whole.parent else f"torc view {shlex.quote(str(self.root))}"
+        return f"torc view {shlex.quote(str(self.root))}" if self.has_place else ""
 
     @property
     def conditions(self) -> str:
@@ -293,41 +305,25 @@ def read_rows(directory: Path) -> list[TrialRow]:
     """
     picked: dict[tuple[str, ...], list[PickRow]] = {}
     if (directory / PICKS_FILE).is_file():
-        for key, pick in _records(directory / PICKS_FILE, _PICK):
+        for key, pick in _records(directory / PICKS_FILE, PickRow):
             picked.setdefault(key, []).append(pick)
     return [
         replace(row, directory=directory / row.directory, picked=tuple(picked.get(key, ())))
-        for key, row in _records(directory / TRIALS_FILE, _TRIAL)
+        for key, row in _records(directory / TRIALS_FILE, TrialRow)
     ]
 
 
-def _known(pick: PickRow) -> PickRow:
-    PickResult(pick.result)
-    return pick
-
-
-def _below(row: TrialRow) -> TrialRow:
-    """Refuse directories outside the table's own: tables may come from strangers."""
-    if row.directory.is_absolute() or ".." in row.directory.parts:
-        raise ValueError(f"The directory '{row.directory}' leads elsewhere")
-    return row
-
-
-_PICK = TypeAdapter(Annotated[PickRow, AfterValidator(_known)])
-_TRIAL = TypeAdapter(Annotated[TrialRow, AfterValidator(_below)])
-
-
-def _records(path: Path, kind: TypeAdapter[_Row]) -> Iterator[tuple[tuple[str, ...], _Row]]:
+def _records(path: Path, kind: type[_Row]) -> Iterator[tuple[tuple[str, ...], _Row]]:
     """Yield the trial's key and the row, for each row."""
     text = read_plain_text(path, _MAX_BYTES, "the table of a benchmark")
-    reader = csv.DictReader(io.StringIO(text, newline=""))
+    reader, adapter = csv.DictReader(io.StringIO(text, newline="")), TypeAdapter(kind)
     try:
         for record in reader:
             # An empty cell is empty text, unless the value may be unknown.
             values = {k: None if v == "" and k in _MAY_BE_UNKNOWN else v for k, v in record.items()}
-            if kind is _TRIAL:
+            if kind is TrialRow:
                 values.setdefault("participant", participant_by_name(record["planner"]))
-            yield tuple(record[name] for name in _KEY), kind.validate_python(values)
+            yield tuple(record[name] for name in _KEY), adapter.validate_python(values)
     except (csv.Error, KeyError, TypeError, ValueError) as error:
         problem = " ".join(str(error).split()[:20])
         where = f"{path}, line {reader.line_num}"

@@ -14,7 +14,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -78,8 +78,7 @@ _PLANNER = TypeAdapter(BenchPlanner)
 
 
 def _index(entries: list[dict[str, Any]], entry: dict[str, Any]) -> int:
-    if entry not in entries:
-        entries.append(entry)
+    entries += [] if entry in entries else [entry]
     return entries.index(entry)
 
 
@@ -159,15 +158,13 @@ class Store:
 
     def result(self, trial: PlannedTrial) -> TrialResult | None:
         """Return the result of a trial; None if it has not been played, or cannot be read."""
-        try:
+        with suppress(InputError):
             return read_result(self.directory(trial) / "result.json")
-        except InputError:
-            return None
+        return None
 
     def left(self, spec: BenchSpec) -> list[PlannedTrial]:
         """Return the trials that are missing or errored."""
-        results = ((t, self.result(t)) for t in spec.trials)
-        return [t for t, result in results if result is None or not result.completed]
+        return [t for t in spec.trials if (result := self.result(t)) is None or not result.completed]
 
     def work(self, trial: PlannedTrial) -> Path:
         """Return this runner's directory to play a trial in: leftovers of a killed runner cannot interfere."""

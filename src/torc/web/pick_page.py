@@ -149,10 +149,9 @@ def _graphs(graph: DependencyGraph, probabilities: Mapping[int, float]) -> dict[
 
 def _what_the_target_waits_for(graph: DependencyGraph) -> DependencyGraph:
     """Return the part of a graph with the target and everything that has to go before it, directly or not."""
-    found, ends = {graph.target}, [graph.target]
-    while ends:
-        new = {e.target for e in graph.edges if e.source in ends} - found
-        found, ends = found | new, list(new)
+    found = [graph.target]
+    for node in found:  # which grows
+        found += {e.target for e in graph.out_edges(node)}.difference(found)
     nodes = tuple(n for n in graph.nodes if n.id in found)
     return DependencyGraph(nodes, tuple(e for e in graph.edges if e.source in found), graph.target)
 

@@ -48,7 +48,7 @@ def address_of(table: Table, row: TrialRow, pick: int = 0) -> str | None:
 
     In a viewer's page it leads to the pick, in the file of the report to the trial's `Opening`.
     """
-    shown = table.view_command and (row.directory / LOG).is_file()
+    shown = table.has_place and (row.directory / LOG).is_file()
     return trial_link(table.root, row.directory, pick) if shown else None
 
 
