@@ -5,10 +5,13 @@ import html
 import re
 import shutil
 from collections import Counter
+from pathlib import Path
 
 import pytest
 
 from torc.benchmark.reading import read_table
+from torc.benchmark.report import tables, writing
+from torc.benchmark.report.cells import words
 from torc.benchmark.report.writing import write_report
 from torc.episode.viewer_links import trial_link
 from torc.web.shelf import Shelf
@@ -102,6 +105,11 @@ def test_the_page_needs_nothing_from_outside(page):
     assert not re.findall(r'src="(?!data:)', page)
     assert not re.findall(r'href="(?!#)', page)
     assert "default-src 'none'" in page
+
+
+def test_every_note_of_words_stands_under_a_table_that_there_is():
+    code = "".join(Path(module.__file__).read_text() for module in (tables, writing))
+    assert all(f'"{title}"' in code and paragraphs for title, paragraphs in words().items())
 
 
 def test_strange_names_stay_text(page, report):

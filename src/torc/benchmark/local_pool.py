@@ -127,7 +127,6 @@ class LocalPool:
                     self.close()
 
     def close(self) -> None:
-        """End the processes."""
         self._pool = None
         self._stack.close()
 

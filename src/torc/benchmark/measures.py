@@ -37,7 +37,6 @@ class Measure:
     digits: int | None = 2
 
     def text(self, rows: Rows) -> str:
-        """Return the estimate as text for tables."""
         return self.of(rows).text(self.digits)
 
 
@@ -157,6 +156,13 @@ def scores(table: Table, planner: str) -> dict[str, Estimate]:
     }
 
 
+def _pairs(table: Table, first: str, second: str) -> list[tuple[TrialRow, TrialRow]]:
+    """Return the completed trials of two planners on the same problem and seed."""
+    theirs = {(r.problem, r.seed): r for r in table.completed(second)}
+    shared = ((r, theirs.get((r.problem, r.seed))) for r in table.completed(first))
+    return [(ours, other) for ours, other in shared if other is not None]
+
+
 def within(rows: Rows, picks: int) -> Estimate:
     """Return the share of trials that were solved in at most this many picks."""
     return share(*per_row((r.problem, r.solved and r.picks <= picks) for r in rows))
@@ -171,7 +177,7 @@ def efficiency(table: Table, planner: str) -> Estimate:
     """
     ratios = [
         (own.problem, max(best.picks, 1) / max(own.picks, 1) if own.solved else 0.0)
-        for own, best in table.pairs(planner, ORACLE)
+        for own, best in _pairs(table, planner, ORACLE)
         if best.solved
     ]
     return mean(*per_row(ratios), max(1.0, *(ratio for _, ratio in ratios))) if ratios else NOTHING
@@ -179,7 +185,7 @@ def efficiency(table: Table, planner: str) -> Estimate:
 
 def regret(table: Table, planner: str, reference: str) -> Estimate:
     """Return the mean of picks to retrieval minus those of a reference, on the same problem and seed."""
-    pairs = table.pairs(planner, reference)
+    pairs = _pairs(table, planner, reference)
     return difference(*per_row((own.problem, own.cost - best.cost) for own, best in pairs))
 
 
@@ -210,7 +216,7 @@ class Comparison:
 
 def compare(table: Table, first: str, second: str) -> Comparison:
     """Compare two planners; all values are NaN if they share no trial."""
-    pairs = table.pairs(first, second)
+    pairs = _pairs(table, first, second)
 
     def gap(value: Callable[[TrialRow], float]) -> tuple[Sums, Sums]:
         return per_row((a.problem, float(value(a)) - float(value(b))) for a, b in pairs)

@@ -76,7 +76,6 @@ class RayPool:
             raise TorcError(text) from error
 
     def facts(self) -> dict[str, Any]:
-        """Describe the cluster for the manifest."""
         nodes = [n["NodeManagerHostname"] for n in self._ray.nodes() if n["Alive"]]
         facts = {"nodes": len(nodes), "machines": sorted(set(nodes)), "cpus": self._cpus()}
         return facts | {"version": self._ray.__version__}

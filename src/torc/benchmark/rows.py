@@ -159,17 +159,14 @@ class TrialRow:
 
     @property
     def spent(self) -> tuple[int, int]:
-        """The objectives: picks to retrieval, then drops."""
         return self.cost, self.drops
 
     @property
     def cell(self) -> tuple[str, str, int]:
-        """Its place in the table."""
         return self.planner, self.problem, self.seed
 
     @property
     def title(self) -> str:
-        """What was played, in words."""
         return f"{self.planner} on {self.problem}, seed {self.seed}"
 
     @property
@@ -238,12 +235,6 @@ class Table:
     def completed(self, planner: str, category: str | None = None) -> list[TrialRow]:
         """Return the scored trials of a planner."""
         return [r for r in self.of(planner, category) if r.completed]
-
-    def pairs(self, first: str, second: str) -> list[tuple[TrialRow, TrialRow]]:
-        """Return the scored trials of two planners on the same problem and seed."""
-        theirs = {(r.problem, r.seed): r for r in self.completed(second)}
-        shared = [(r, theirs.get((r.problem, r.seed))) for r in self.completed(first)]
-        return [(ours, other) for ours, other in shared if other is not None]
 
 
 def participant_by_name(label: str) -> bool:

@@ -78,7 +78,6 @@ class Around:
 
     @property
     def facts(self) -> dict[str, Any]:
-        """The facts that decide results."""
         return self.conditions.facts(self.sources)
 
     def under(self, planner: BenchPlanner) -> "Around":
@@ -104,7 +103,6 @@ class PlannedTrial:
 
     @property
     def cell(self) -> tuple[str, str, int]:
-        """Its place in the table: planner, problem, seed."""
         return self.planner.label, self.problem.name, self.seed
 
     @property

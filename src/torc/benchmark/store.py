@@ -149,7 +149,6 @@ class Store:
                 shutil.rmtree(self.root / WORK, ignore_errors=True)
 
     def directory(self, trial: PlannedTrial) -> Path:
-        """Return where a trial is, or will be."""
         return self.root / TRIALS / trial.directory_name
 
     def problem_path(self, problem: BenchProblem) -> str:
@@ -217,13 +216,11 @@ def begin_call(root: Path, **facts: Any) -> None:
 
 
 def end_call(root: Path, **facts: Any) -> None:
-    """Record how the latest call ended."""
     *before, last = calls(root)
     write_calls(root, [*before, last | {"ended": _now()} | facts])
 
 
 def write_calls(root: Path, calls: Sequence[Mapping[str, Any]]) -> None:
-    """Write manifest.json."""
     write_json(root / _MANIFEST, {"format": _MANIFEST_FORMAT, "calls": calls})
 
 

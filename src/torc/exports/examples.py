@@ -51,17 +51,14 @@ class Source:
         return started.problem if started is not None else Path(self.trial.spec.problem).stem
 
     def name_of(self, pick: int) -> str:
-        """Return the name of an example of a pick."""
         return f"{self.problem}-{self.key}-{pick:02d}"
 
     @property
     def planner(self) -> str:
-        """Name of the task planner."""
         return self.trial.spec.planner.name
 
     @property
     def retrieved(self) -> bool:
-        """True if the target was retrieved."""
         return self.trial.result is not None and self.trial.result.retrieved is True
 
 

@@ -106,8 +106,6 @@ def make_camera_app(board: FrameBoard, token: str | None, port: int) -> Starlett
 def _served(
     page: str, routes: Sequence[BaseRoute], closing: threading.Event, middleware: Sequence[Middleware]
 ) -> Starlette:
-    """Return the application with a page and its files."""
-
     def home(request: Request) -> Response:
         return FileResponse(_PAGE / page)
 
@@ -139,8 +137,6 @@ def _newest(board: FrameBoard, closing: threading.Event) -> Callable[[Request], 
 
 
 class _App:
-    """The answers about trials."""
-
     def __init__(self, site: Site) -> None:
         self._site = site
 
@@ -163,7 +159,7 @@ class _App:
         def answered(request: Request) -> Response:
             key, *numbers = request.path_params.values()
             trial = self._site.shelf.read(key)
-            if self._site.trials.withholds(trial):
+            if isinstance(queue := self._site.trials, HumanQueue) and queue.withholds(trial):
                 raise InputError(
                     "This problem is still to be played. Its trials can be looked at afterwards."
                 )
@@ -172,7 +168,6 @@ class _App:
         return answered
 
     def picture(self, read: Callable[..., bytes], kind: str = "image/png") -> Callable[[Request], Response]:
-        """Return what answers with a picture of a trial."""
         return self.of_trial(lambda trial, *numbers: Response(read(trial, *numbers), media_type=kind))
 
     @property
@@ -182,8 +177,6 @@ class _App:
 
 
 class _Expert:
-    """The answers to the page at which an expert plays."""
-
     def __init__(self, session: Session, closing: threading.Event) -> None:
         self._session, self._closing = session, closing
 

@@ -40,7 +40,6 @@ class FrameBoard:
         self._watched_at = -WATCHED_FOR_S
 
     def put(self, jpeg: bytes, facts: Mapping[str, str] = MappingProxyType({})) -> None:
-        """Store the next picture."""
         self._latest = self._latest[0] + 1, jpeg, {**facts, **self._task}
 
     def trouble(self, text: str) -> None:
@@ -80,14 +79,12 @@ class RobotCamera(Closing):
         self._drawn_at = time.monotonic()
 
     def close(self) -> None:
-        """Free the renderer."""
         if self._renderer is not None:
             self._renderer.close()
             self._renderer = None
 
 
 def jpeg(rgb: UInt8[np.ndarray, "h w 3"]) -> bytes:
-    """Return a picture as JPEG."""
     return jpeg_bytes(rgb, _JPEG_QUALITY)
 
 

@@ -127,7 +127,6 @@ def why_not(o: ObjectView | None) -> str:
 
 
 def _box(place: tuple[slice, slice] | None) -> list[int] | None:
-    """Return left, top, right, bottom."""
     return [place[1].start, place[0].start, place[1].stop - 1, place[0].stop - 1] if place else None
 
 
@@ -178,7 +177,6 @@ def _drawn_graph(graph: DependencyGraph, probabilities: Mapping[int, float]) -> 
 
 
 def _hex_color(object_id: int) -> str:
-    """Return the colour of an object in the marked image."""
     return "#{:02x}{:02x}{:02x}".format(*object_color(object_id))
 
 

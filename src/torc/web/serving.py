@@ -52,8 +52,6 @@ class Gate:
         self._cookie = f"torc-{port}"
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer one request, or pass it on."""
-
         async def with_headers(message: Message) -> None:
             if message["type"] == "http.response.start":
                 headers = MutableHeaders(scope=message)
@@ -150,7 +148,6 @@ def serving_app(app: Starlette, sock: socket.socket) -> Iterator[None]:
 
 
 def address(host: str, port: int, token: str | None) -> str:
-    """Return the address to open in a browser."""
     shown = socket.gethostname() if host in ("0.0.0.0", "::", "") else host
     shown = f"[{shown}]" if ":" in shown else shown
     return f"http://{shown}:{port}/" + (f"?token={token}" if token else "")

@@ -23,8 +23,6 @@ _ASKED = "Which object should the robot pick next?"
 
 
 class Phase(StrEnum):
-    """The phases of a session."""
-
     READY = "ready"
     """Waiting for a page to start a trial."""
     PREPARING = "preparing"
@@ -84,7 +82,6 @@ class Session:
 
     @property
     def state(self) -> SessionState:
-        """The present state."""
         return self._state
 
     def publish(self, **changes: Any) -> None:
@@ -180,13 +177,10 @@ class HumanPlanner(TaskPlannerTraits):
 
 
 class SessionListener:
-    """Shows the progress of a trial on the pages."""
-
     def __init__(self, session: Session) -> None:
         self._session = session
 
     def __call__(self, event: Event) -> None:
-        """Publish one event of the trial."""
         publish = self._session.publish
         match event:
             case Started():

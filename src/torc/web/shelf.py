@@ -89,10 +89,6 @@ class Shelf:
         except InputError as error:
             return {**line, "status": "unreadable", "error": str(error)}
 
-    def withholds(self, trial: RecordedTrial) -> bool:
-        """Return False: a reader of recorded trials has nothing to play."""
-        return False
-
 
 def open_shelf(root: Path) -> Shelf:
     """Return the trials of a directory. Raises InputError if there are none."""
@@ -114,7 +110,6 @@ class QueuedTrial:
 
     @property
     def key(self) -> str:
-        """Its name in addresses."""
         return trial_key(self.directory.name)
 
     @property
@@ -128,23 +123,18 @@ class QueuedTrial:
 
     @property
     def completed(self) -> bool:
-        """True if it is not played again."""
         return self.ended["status"] == "completed"
 
     @property
     def problem(self) -> str:
-        """Name of the problem, or of its file."""
         return Path(self.spec.problem).stem
 
 
 @dataclass(frozen=True)
 class HumanQueue:
-    """The trials in order."""
-
     trials: tuple[QueuedTrial, ...]
 
     def waiting(self) -> tuple[str, ...]:
-        """Return the keys of the trials left to play."""
         return tuple(t.key for t in self.trials if not t.completed)
 
     def play(self, session: Session, play: Play) -> None:
@@ -233,6 +223,5 @@ def make_queue(
 
 
 def _around(recorded: RecordedSpec) -> str:
-    """Return the conditions as text, with the budget."""
     budget = f"at most {recorded.spec.conditions.max_picks} picks"
     return ", ".join(filter(None, (budget, recorded.conditions_text)))

@@ -5,6 +5,8 @@ import shlex
 from collections import defaultdict, deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
 from pathlib import Path
 
 from PIL import Image
@@ -39,8 +41,17 @@ class TextTable:
 
     @classmethod
     def of(cls, title: str, rows: Sequence[Mapping[str, Cell]], note: str = "") -> "TextTable":
-        """Return the table of rows that have the same columns by name."""
-        return cls(title, tuple(rows[0]) if rows else (), [tuple(row.values()) for row in rows], note)
+        """Return the table of rows that have the same columns by name; the default note is the one of words.md."""
+        header, cells = tuple(rows[0]) if rows else (), [tuple(row.values()) for row in rows]
+        return cls(title, header, cells, note or " ".join(words().get(title, ())))
+
+
+@cache
+def words() -> dict[str, list[str]]:
+    """Return the paragraphs of words.md by their headings."""
+    text = (files("torc.benchmark.report") / "words.md").read_text(encoding="utf-8")
+    parts = (part.partition("\n") for part in text.split("\n## ")[1:])
+    return {title: [" ".join(p.split()) for p in body.strip().split("\n\n")] for title, _, body in parts}
 
 
 def address_of(table: Table, row: TrialRow, pick: int = 0) -> str | None:

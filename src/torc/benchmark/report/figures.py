@@ -78,7 +78,6 @@ def draw_all(table: Table, planners: Sequence[str]) -> list[Picture]:
 
 
 def _on_robot(name: str, title: str, text: str) -> tuple[str, str]:
-    """Return title and text of the figure for a real robot."""
     title = title.replace("figure 9", "figure 11").replace("figure 10", "figure 12")
     if name in ("picks", "decision_time"):
         text = f"{text.partition(' Diamonds:')[0]} The paper draws its own without numbers."

@@ -53,7 +53,6 @@ class Standing:
 
     @property
     def errored(self) -> float:
-        """Share of the played trials that were errored."""
         return 1 - self.completed / self.played if self.played else 0.0
 
     @property

@@ -45,22 +45,12 @@ def ranking_table(standings: Sequence[Standing], table: Table, comparable: bool 
         {"rank": f"{place}" if s.completed and comparable else "-"} | _standing(s, table)
         for place, s in enumerate(ranked, start=1)
     ]
-    note = (
-        "Picks to retrieval: mean, a trial that never got the target counting as its whole budget (the paper's primary "
-        "objective); more than the best: on the same problems and seeds, a tie where p is .05 or more; drops: mean "
-        "(the secondary one); decision: median. Brackets: 95 % intervals over problems."
-    )
-    return TextTable.of("Ranking", rows, note)
+    return TextTable.of("Ranking", rows)
 
 
 def references_table(standings: Sequence[Standing], table: Table) -> TextTable:
-    """Return a row per planner that does not compete."""
-    note = (
-        "To compare with, not to use. They know more than planners are told: the simulation (the oracle, a simulated "
-        "model, any planner that took hold of it), or, of a person, the view from outside."
-    )
     rows = [_standing(s, table) for s in standings if s.reference]
-    return TextTable.of("References, not ranked", rows, note)
+    return TextTable.of("References, not ranked", rows)
 
 
 def _standing(s: Standing, table: Table) -> dict[str, str]:
@@ -112,11 +102,7 @@ def comparison_table(table: Table, planners: Sequence[str]) -> TextTable:
                 "by picks": better,
             }
         )
-    note = (
-        "Differences on the same problem and seed with 95 % intervals over problems; p: permutation test over "
-        "problems, corrected for the number of pairs (Holm)."
-    )
-    return TextTable.of("Planner against planner", rows, note)
+    return TextTable.of("Planner against planner", rows)
 
 
 def causes_tables(table: Table, planners: Sequence[str]) -> list[TextTable]:
@@ -156,12 +142,10 @@ def promises_table(table: Table, planners: Sequence[str]) -> TextTable:
                     }
                     | dict(zip(("mean p", "held", "delivered"), means))
                 )
-    note = "p: the probability that the object is delivered, by the grasp's score and what failed before."
-    return TextTable.of("Grasps: promised and delivered", rows, note)
+    return TextTable.of("Grasps: promised and delivered", rows)
 
 
 def errors_table(table: Table) -> TextTable:
-    """List the errored trials, which are never scored."""
     rows = []
     for r in table.rows:
         if r.played and not r.completed:
@@ -193,12 +177,10 @@ def sets_table(table: Table, planners: Sequence[str], best: str | None) -> TextT
                 | {f"more than {best or 'the best'}": more}
                 | {m.name: m.text(done) for m in (SUCCESS, DROP_FREE)}
             )
-    note = "More: on the same problems and seeds. Brackets: 95 % intervals over the problems of the set."
-    return TextTable.of("Set by set", rows, note)
+    return TextTable.of("Set by set", rows)
 
 
 def within_table(table: Table, planners: Sequence[str]) -> TextTable:
-    """Return the share of trials solved within k picks."""
     budget = max((r.max_picks for r in table.rows), default=0)
     columns = [k for k in WITHIN if k < budget] + [budget]
     rows = [
@@ -206,11 +188,7 @@ def within_table(table: Table, planners: Sequence[str]) -> TextTable:
         | {f"within {k}": within(done, k).text() for k in columns}
         for planner, done in _completed(table, planners)
     ]
-    note = (
-        "Share of trials in which the target was retrieved (or, where it is not there, rightly given up) in at most so "
-        "many picks, failed ones included. Brackets: 95 % intervals over problems."
-    )
-    return TextTable.of("Retrieved within k picks", rows, note)
+    return TextTable.of("Retrieved within k picks", rows)
 
 
 def scores_table(table: Table, planners: Sequence[str]) -> TextTable:
@@ -228,13 +206,7 @@ def scores_table(table: Table, planners: Sequence[str]) -> TextTable:
         cells = {n: found[n].text(2, "+" if n in bounds else "") for n in names}
         cells |= {n: "" for n, bound in bounds.items() if bound == planner}
         rows.append({"planner": planner, "trials": str(len(done)), **cells})
-    note = (
-        "Pick efficiency: ORACLE's picks / one's own on the same problem and seed, 0 where not retrieved; above 1 only "
-        "where ORACLE was beaten. More picks: picks to retrieval less the bound's, same problem and seed. Target lost: "
-        "it fell, slipped away or was swept off the table; one such accident costs as much as a dozen picks, so that "
-        "it is told apart. Brackets: 95 % intervals over problems."
-    )
-    return TextTable.of("Scores", rows, note)
+    return TextTable.of("Scores", rows)
 
 
 def give_ups_table(table: Table, planners: Sequence[str]) -> TextTable:
@@ -252,15 +224,10 @@ def give_ups_table(table: Table, planners: Sequence[str]) -> TextTable:
                 "trials with": str(len(done) - len(absent)),
             }
         )
-    note = (
-        "Rightly: the target is not there, and the planner gave up or cleared the table; picks: until then, of those "
-        "trials. Wrongly: it is there, and the planner gave up. Brackets: 95 % intervals over problems."
-    )
-    return TextTable.of("Where the target is not there", rows, note)
+    return TextTable.of("Where the target is not there", rows)
 
 
 def vlm_table(table: Table, planners: Sequence[str]) -> TextTable:
-    """Return a row per planner that asked a model."""
     rows = []
     for planner in planners:
         asked = [row for row in table.of(planner) if row.vlm_calls is not None]
@@ -283,12 +250,7 @@ def vlm_table(table: Table, planners: Sequence[str]) -> TextTable:
                 "cost in all": f"{sum(costs):.4g} {unit}" if costs else "",
             }
         )
-    note = (
-        "Means over all trials in which the model was asked, errored ones too; tokens as the server counts them, "
-        "thinking included in what is written; cost by the prices that were given with the run. Empty: a reply did not "
-        "tell its tokens, or no prices were given. Replies from a cache count as when they were recorded."
-    )
-    return TextTable.of("What the models took", rows, note)
+    return TextTable.of("What the models took", rows)
 
 
 def _known(rows: Sequence[TrialRow], name: str) -> list[float]:
@@ -302,7 +264,6 @@ def _mean(values: Sequence[float]) -> str:
 
 
 def beaten_table(table: Table) -> TextTable:
-    """Return the trials in which another planner did with less than ORACLE."""
     rows = [
         {
             "problem": row.problem,

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from importlib import import_module
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,7 @@ from torc.benchmark.measures import MEASURES, scores
 from torc.benchmark.paper import CITATION
 from torc.benchmark.reading import read_tables
 from torc.benchmark.report import tables
-from torc.benchmark.report.cells import KEY, Link, address_of, failures, openings, trial_board
+from torc.benchmark.report.cells import KEY, Link, address_of, failures, openings, trial_board, words
 from torc.benchmark.report.figures import Picture, draw_all
 from torc.benchmark.report.pages import Section, html_page, markdown_page
 from torc.benchmark.report.ranking import Ranking, bound_summary, rank_on_common_ground
@@ -106,9 +105,7 @@ def _sections(
     ]
     shown, failed = failures(table, planners, gallery)
     caption = f"{len(shown)} of {failed} failed trials, one of each cause in turn. Click a picture to see that pick."
-    method = (files("torc.benchmark.report") / "method.txt").read_text(encoding="utf-8")
-    paragraphs = [" ".join(text.split()) for text in method.split("\n\n")]
-    origins = [*paragraphs, f"Diamonds: {CITATION}.", *_origins(table)]
+    how = "How this was made"
     with_rows = [t for t in open_tables if t.rows]
     return [
         Section("", [tables.ranking_table(standings, ranked, ranking.comparable)]),
@@ -118,7 +115,7 @@ def _sections(
         *(Section(t.title, [t], "" if i else "tables") for i, t in enumerate(with_rows)),
         Section("Every trial", [(*KEY, *links), trial_board(table, planners)], "trials"),
         Section("Failures", [caption if failed else "No completed trial failed.", *shown], "failures"),
-        Section("How this was made", origins, "method"),
+        Section(how, [*words()[how], f"Diamonds: {CITATION}.", *_origins(table)], "method"),
     ]
 
 
