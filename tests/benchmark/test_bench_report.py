@@ -13,6 +13,7 @@ from torc.benchmark.reading import read_table
 from torc.benchmark.report import tables, writing
 from torc.benchmark.report.cells import words
 from torc.benchmark.report.writing import write_report
+from torc.benchmark.rows import Table
 from torc.episode.viewer_links import trial_link
 from torc.web.shelf import Shelf
 
@@ -128,3 +129,9 @@ def test_tables_for_other_programs(report, played):
     table = parquet.read_table(report.directory / "trials.parquet")
     assert table.column("picks").to_pylist() == [int(r["picks"]) for r in rows]
     assert table.column("retrieved").to_pylist() == [r["retrieved"] == "True" for r in rows]
+
+
+def test_no_viewer_of_the_whole_disk_is_offered():
+    """Trials that share only the root of the disk have no viewer."""
+    assert Table(Path("/"), ()).view_command == ""
+    assert Table(Path("/runs"), ()).view_command == "torc view /runs"

@@ -20,7 +20,7 @@ from torc.testing.synthetic import Shape
 from torc.web.app import Site, make_app
 from torc.web.frames import FrameBoard
 from torc.web.serving import listen, serving_app
-from torc.web.session import HumanPlanner, Phase, Session, SessionListener, SessionState
+from torc.web.session import HumanPlanner, Phase, Session, SessionState
 from torc.web.shelf import HumanQueue, Shelf, make_queue
 
 
@@ -134,5 +134,5 @@ class Game:
             if isinstance(event, Planned):
                 self.may_move.wait()
 
-        planner, tell = HumanPlanner(self.session, spec.planner.expert), SessionListener(self.session)
+        planner, tell = HumanPlanner(self.session, spec.planner.expert), self.session.show
         return play_fake_trial(spec, out, planner, [tell, move], self._shapes, names=self._names)

@@ -69,9 +69,7 @@ class BenchPlanner:
 
 @dataclass(frozen=True)
 class Around:
-    """The shared conditions of a store, which make its trials comparable; `sources`: fingerprints of user-defined
-    parts.
-    """
+    """The shared conditions of a store, which make its trials comparable, and user-defined parts' fingerprints."""
 
     conditions: Conditions = field(default_factory=Conditions)
     sources: Mapping[str, str] = field(default_factory=dict)
@@ -82,9 +80,8 @@ class Around:
 
     def under(self, planner: BenchPlanner) -> "Around":
         """Return what applies to a planner, given its variant."""
-        if not planner.variant:
-            return self
-        return Around(varied(self.conditions, planner.variant), planner.variant_sources)
+        variant = planner.variant
+        return Around(varied(self.conditions, variant), planner.variant_sources) if variant else self
 
 
 @dataclass(frozen=True)

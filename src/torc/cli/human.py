@@ -92,7 +92,7 @@ class HumanCommand:
     def _play(self, spec: "TrialSpec", out: Path, session: "Session", board: "FrameBoard | None") -> "Trial":
         from torc.episode.trial import Recording, run_trial
         from torc.web.frames import RobotCamera
-        from torc.web.session import HumanPlanner, SessionListener
+        from torc.web.session import HumanPlanner
 
         session.publish(message="Preparing the simulation")
         with nullcontext() if board is None else RobotCamera(board) as camera:
@@ -100,7 +100,7 @@ class HumanCommand:
                 spec,
                 out,
                 planner=HumanPlanner(session, spec.planner.expert),
-                listeners=[SessionListener(session)],
+                listeners=[session.show],
                 recording=Recording(self.video, observers=() if camera is None else (camera.observe,)),
                 overwrite=True,
                 say=lambda text: session.publish(message=text),

@@ -25,8 +25,6 @@ from torc.vlm.select import VlmSelectPlanner
 SPLITS = ("train", "test")
 EXPERTS = ("oracle", "human")
 """Planners whose choices are worth learning: the upper bound, and people."""
-TAKEN_AWAY = (PickResult.REMOVED, PickResult.RETRIEVED)
-"""Picks that brought an object out."""
 PROMPT = f"{VlmSelectPlanner.form.planner}-{DEFAULT_QUESTIONS}"
 """Name of the exported prompt: VLM-SELECT's."""
 _UNSAFE = re.compile(r"[^A-Za-z0-9_.-]+")
@@ -90,7 +88,7 @@ def split_of(problem: str, test_share: float) -> str:
 
 def succeeded(pick: RecordedPick) -> bool:
     """True if the pick brought the chosen object out."""
-    return pick.executed is not None and pick.executed.result in TAKEN_AWAY
+    return pick.executed is not None and pick.executed.result in (PickResult.REMOVED, PickResult.RETRIEVED)
 
 
 def chosen_object(pick: RecordedPick) -> int | None:

@@ -11,14 +11,7 @@ from typing import Any, Literal
 
 import torc
 from torc.errors import InputError, UnknownNameError
-from torc.exports.examples import (
-    EXPERTS,
-    Source,
-    finetuning_rows,
-    preference_rows,
-    select_trials,
-    write_rows,
-)
+from torc.exports.examples import EXPERTS, Source, finetuning_rows, preference_rows, select_trials, write_rows
 from torc.io.numbers import take_numbers
 from torc.io.results import check_place, claim, write_json
 

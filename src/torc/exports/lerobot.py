@@ -171,13 +171,9 @@ def _write_meta(
         {"name": name, "field_name": name, "pandas_type": kind, "numpy_type": numpy_type, "metadata": None}
         for name, kind, numpy_type in (("task_index", "int64", "int64"), ("task", "unicode", "object"))
     ]
-    described = {
-        "index_columns": ["task"],
-        "column_indexes": [],
-        "columns": columns,
-        "pandas_version": "2.2.0",
-    }
-    pq.write_table(table.replace_schema_metadata({"pandas": json.dumps(described)}), meta / "tasks.parquet")
+    described = {"index_columns": ["task"], "column_indexes": [], "columns": columns}
+    pandas = json.dumps(described | {"pandas_version": "2.2.0"})
+    pq.write_table(table.replace_schema_metadata({"pandas": pandas}), meta / "tasks.parquet")
     write_json(meta / "stats.json", _statistics(episodes))
     last, motion, size = counts["train"], episodes[0].motion, episodes[0].size
     spans = {"train": f"0:{last}", "test": f"{last}:{len(episodes)}"}

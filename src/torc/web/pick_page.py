@@ -1,6 +1,7 @@
 """Trials and picks as plain data for the page, whether a trial is being played or was recorded."""
 
 from collections.abc import Collection, Mapping
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -50,8 +51,10 @@ def pick_page(trial: RecordedTrial, number: int) -> dict[str, Any]:
     pick, view = trial.pick(number), trial.view(number)
     over, decided = trial.result is not None, pick.decided
     evidence = decided.evidence if decided else Evidence()
-    own = evidence.graph is not None
-    graph = evidence.graph if own else _graph_of(view)
+    graph, own = evidence.graph, evidence.graph is not None
+    if graph is None and view is not None:
+        with suppress(InputError):  # it cannot be read
+            graph = DependencyGraph.from_dict(view.graph)
     graphs = None if graph is None else _graphs(graph, evidence.probabilities)
     plain = trial.has_plain_picture(number)
     return {
@@ -128,14 +131,6 @@ def why_not(o: ObjectView | None) -> str:
 
 def _box(place: tuple[slice, slice] | None) -> list[int] | None:
     return [place[1].start, place[0].start, place[1].stop - 1, place[0].stop - 1] if place else None
-
-
-def _graph_of(view: PickView | None) -> DependencyGraph | None:
-    """Return the graph by geometry; None if it was not recorded, or cannot be read."""
-    try:
-        return None if view is None else DependencyGraph.from_dict(view.graph)
-    except InputError:
-        return None
 
 
 def _graphs(graph: DependencyGraph, probabilities: Mapping[int, float]) -> dict[str, Any] | None:

@@ -67,11 +67,8 @@ class Gate:
             text = "This request comes from another site or under another name, and is refused.\n"
             return PlainTextResponse(text, 403)
         bearer = request.headers.get("authorization", "").removeprefix("Bearer ")
-        if (
-            self._token is None
-            or self._is_token(bearer)
-            or self._is_token(request.cookies.get(self._cookie, ""))
-        ):
+        given = (bearer, request.cookies.get(self._cookie, ""))
+        if self._token is None or any(map(self._is_token, given)):
             return None
         if request.method != "GET" or not self._is_token(request.query_params.get("token", "")):
             text = "This page needs the token. Open the address that torc printed when it started (?token=...).\n"

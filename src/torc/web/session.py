@@ -73,21 +73,33 @@ class RefusedError(InputError):
 
 
 class Session:
-    """Holds the state, and passes questions and answers between the trial and the pages."""
+    """Holds the present `state`, and passes questions and answers between the trial and the pages."""
 
     def __init__(self) -> None:
         self._changed = threading.Condition()
-        self._state = SessionState()
+        self.state = SessionState()
         self._answer: Any = None
-
-    @property
-    def state(self) -> SessionState:
-        return self._state
 
     def publish(self, **changes: Any) -> None:
         """Replace parts of the state and notify the pages."""
         with self._changed:
             self._set(**changes)
+
+    def show(self, event: Event) -> None:
+        """Show an event of the trial on the pages."""
+        publish = self.publish
+        match event:
+            case Started():
+                publish(phase=Phase.LOOKING, message="Looking")
+            case Looked():
+                publish(phase=Phase.LOOKING, pick=event.pick, message="")
+            case Decided():
+                publish(phase=Phase.PLANNING)
+            case Planned(plan=PickPlan() as plan):
+                publish(phase=Phase.EXECUTING, message=f"The robot picks object {plan.object_id}")
+            case Executed():
+                felt = event.outcome.as_felt.result.value
+                publish(phase=Phase.LOOKING, message=f"Pick {event.pick + 1}: {felt}")
 
     def ask_object(self, pick: int, allowed: tuple[int, ...]) -> Choice:
         """Wait for the expert's choice. Called by the thread that plays."""
@@ -108,9 +120,9 @@ class Session:
     def start(self, key: str) -> None:
         """Answer `ask_start`. Raises RefusedError: a trial is being played, or this one does not wait."""
         with self._changed:
-            if self._state.phase is not Phase.READY:
+            if self.state.phase is not Phase.READY:
                 raise RefusedError("A trial is being played; another one can be started when it is over.")
-            if key not in self._state.waiting:
+            if key not in self.state.waiting:
                 raise RefusedError("This trial is not in the queue any more.")
             self._set(phase=Phase.PREPARING, trial=key, pick=0, chosen=None, waiting=())
             self._answer = key
@@ -125,7 +137,7 @@ class Session:
             return self._answer
 
     def _check(self, choice: Choice) -> None:
-        state, chosen = self._state, choice.object_id
+        state, chosen = self.state, choice.object_id
         if choice.trial != state.trial:
             raise RefusedError("That choice is for another trial. Reload the page to see the present one.")
         if choice.pick != state.pick:
@@ -140,7 +152,7 @@ class Session:
         raise RefusedError(f"{what}; these can: {graspable}.")
 
     def _set(self, **changes: Any) -> None:
-        self._state = replace(self._state, version=self._state.version + 1, **changes)
+        self.state = replace(self.state, version=self.state.version + 1, **changes)
         self._changed.notify_all()
 
 
@@ -174,23 +186,3 @@ class HumanPlanner(TaskPlannerTraits):
             exchanges=(Exchange(_ASKED, reply),),
             evidence=Evidence(notes={"expert": self._expert, "note": choice.note}),
         )
-
-
-class SessionListener:
-    def __init__(self, session: Session) -> None:
-        self._session = session
-
-    def __call__(self, event: Event) -> None:
-        publish = self._session.publish
-        match event:
-            case Started():
-                publish(phase=Phase.LOOKING, message="Looking")
-            case Looked():
-                publish(phase=Phase.LOOKING, pick=event.pick, message="")
-            case Decided():
-                publish(phase=Phase.PLANNING)
-            case Planned(plan=PickPlan() as plan):
-                publish(phase=Phase.EXECUTING, message=f"The robot picks object {plan.object_id}")
-            case Executed():
-                felt = event.outcome.as_felt.result.value
-                publish(phase=Phase.LOOKING, message=f"Pick {event.pick + 1}: {felt}")

@@ -72,16 +72,11 @@ def draw_all(table: Table, planners: Sequence[str]) -> list[Picture]:
             figure.savefig(svg, format="svg", metadata={"Date": None})
             figure.savefig(png, format="png", dpi=150)
         if table.all_real:
-            title, text = _on_robot(name, title, text)
+            title = title.replace("figure 9", "figure 11").replace("figure 10", "figure 12")
+        if table.all_real and name in ("picks", "decision_time"):
+            text = f"{text.partition(' Diamonds:')[0]} The paper draws its own without numbers."
         pictures.append(Picture(name, title, text, svg.getvalue(), png.getvalue(), draw is _problems))
     return pictures
-
-
-def _on_robot(name: str, title: str, text: str) -> tuple[str, str]:
-    title = title.replace("figure 9", "figure 11").replace("figure 10", "figure 12")
-    if name in ("picks", "decision_time"):
-        text = f"{text.partition(' Diamonds:')[0]} The paper draws its own without numbers."
-    return title, text
 
 
 def _success(table: Table, planners: list[str]) -> Figure:

@@ -158,7 +158,11 @@ def verdict(table: Table, standings: Sequence[Standing]) -> Verdict:
         reasons.append(f"It is chosen for the objects that it does not drop: {leader.planner} drops more.")
     others = [s for s in (leader, *ties) if s is not best]
     if others:
-        told = "; ".join(_gap(s, leader) for s in others)
+        gaps = (
+            f" ({s.behind.cost.text(1, '+')} picks against {leader.planner})" if s.behind else ""
+            for s in others
+        )
+        told = "; ".join(s.planner + gap for s, gap in zip(others, gaps))
         reasons.append(f"By picks it may be no better than: {told}. Trials of more problems would tell.")
         *some, last = [s.planner for s in others]
         names = f"{', '.join(some)} or {last}" if some else last
@@ -208,12 +212,6 @@ def _numbers(table: Table, s: Standing) -> str:
         f"trials, drops {s.drops.text()} objects a trial and takes {decision} s "
         f"for a decision ({s.completed} trials of {s.cost.problems} problems)."
     )
-
-
-def _gap(s: Standing, leader: Standing) -> str:
-    if s.behind is None:
-        return s.planner
-    return f"{s.planner} ({s.behind.cost.text(1, '+')} picks against {leader.planner})"
 
 
 def better_trials(table: Table) -> list[tuple[TrialRow, list[TrialRow]]]:
