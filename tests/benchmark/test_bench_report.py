@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from torc.benchmark.reading import read_table
-from torc.benchmark.report import tables, writing
+from torc.benchmark.report import figures, tables, writing
 from torc.benchmark.report.cells import words
 from torc.benchmark.report.writing import write_report
 from torc.benchmark.rows import Table
@@ -108,9 +108,11 @@ def test_the_page_needs_nothing_from_outside(page):
     assert "default-src 'none'" in page
 
 
-def test_every_note_of_words_stands_under_a_table_that_there_is():
-    code = "".join(Path(module.__file__).read_text() for module in (tables, writing))
-    assert all(f'"{title}"' in code and paragraphs for title, paragraphs in words().items())
+def test_every_note_of_words_stands_under_a_table_or_figure_that_there_is():
+    code = "".join(Path(module.__file__).read_text() for module in (figures, tables, writing))
+    for title, paragraphs in words().items():
+        assert f'"{title.removeprefix("Figure: ")}"' in code
+        assert all(paragraphs)
 
 
 def test_strange_names_stay_text(page, report):

@@ -32,7 +32,6 @@ class Measure:
     """A column of the tables, of completed trials; `digits` after the point, None for two significant ones."""
 
     name: str
-    help: str
     of: Of
     digits: int | None = 2
 
@@ -76,68 +75,27 @@ def _grasps(good: Callable[[PickRow], bool], unseen: bool = False) -> Of:
     return of
 
 
-SUCCESS = Measure(
-    "retrieved",
-    "the target was held after the lift and delivered; where it is not there, given up",
-    _share(lambda r: r.solved),
-)
-DROP_FREE = Measure(
-    "with no drop", "and nothing else left the table", _share(lambda r: r.solved and r.drops == 0)
-)
-COST = Measure(
-    "picks to retrieval",
-    "mean; a trial that never retrieved the target counts as the whole budget: the paper's primary objective",
-    _mean(lambda r: r.cost),
-    1,
-)
-DROPS = Measure(
-    "drops",
-    "mean number of other objects dropped in a trial: the secondary objective",
-    lambda rows: mean(*per_row((r.problem, r.drops) for r in rows)),
-)
+SUCCESS = Measure("retrieved", _share(lambda r: r.solved))
+DROP_FREE = Measure("with no drop", _share(lambda r: r.solved and r.drops == 0))
+COST = Measure("picks to retrieval", _mean(lambda r: r.cost), 1)
+DROPS = Measure("drops", lambda rows: mean(*per_row((r.problem, r.drops) for r in rows)))
 MEDIAN_PICKS = Measure(
-    "median picks",
-    "of all completed trials",
-    lambda rows: median([r.problem for r in rows], [r.picks for r in rows]),
-    0,
+    "median picks", lambda rows: median([r.problem for r in rows], [r.picks for r in rows]), 0
 )
-DECISION_S = Measure(
-    "decision, s", "median time of one decision", _median_of_picks(lambda p: p.decision_s), None
-)
-_UNSEEN = "grasps held of kinds of objects that the grasp model was never trained on"
+DECISION_S = Measure("decision, s", _median_of_picks(lambda p: p.decision_s), None)
 MEASURES = (
     *(SUCCESS, DROP_FREE, COST, DROPS, MEDIAN_PICKS),
-    Measure("mean picks", "of all completed trials", _mean(lambda r: r.picks), 1),
+    Measure("mean picks", _mean(lambda r: r.picks), 1),
     DECISION_S,
-    Measure(
-        "pick planning, s",
-        "median time of planning a pick: grasps and motions, without the decision",
-        _median_of_picks(lambda p: p.planning_s, lambda p: p.motions_s > 0),
-    ),
-    Measure("grasps held", "after the lift, of the grasps that were carried out", _grasps(lambda p: p.held)),
-    Measure("delivered", "put into the bin, of the same", _grasps(lambda p: p.delivered)),
-    Measure("held of unseen kinds", _UNSEEN, _grasps(lambda p: p.held, unseen=True)),
-    Measure(
-        "delivered of unseen kinds",
-        "put into the bin, of the same",
-        _grasps(lambda p: p.delivered, unseen=True),
-    ),
+    Measure("pick planning, s", _median_of_picks(lambda p: p.planning_s, lambda p: p.motions_s > 0)),
+    Measure("grasps held", _grasps(lambda p: p.held)),
+    Measure("delivered", _grasps(lambda p: p.delivered)),
+    Measure("held of unseen kinds", _grasps(lambda p: p.held, unseen=True)),
+    Measure("delivered of unseen kinds", _grasps(lambda p: p.delivered, unseen=True)),
 )
-
+"""report/words.md says what each means."""
 picks_where_solved = _mean(lambda r: r.picks, lambda r: r.solved)
 """Without accidents, but also without the hardest problems."""
-_FAILURES: dict[str, Of] = {
-    # It left the table, but not in the gripper: mostly an accident.
-    "target lost": _share(lambda r: r.end == EndReason.TARGET_LOST),
-    "failed otherwise": _share(
-        lambda r: not r.solved and r.end not in (EndReason.TARGET_LOST, EndReason.WRONG_OBJECT)
-    ),
-    # Perception took it for the target.
-    "wrong object": _share(lambda r: r.end == EndReason.WRONG_OBJECT),
-    "wrongly given up": _share(lambda r: r.end == EndReason.GAVE_UP, lambda r: not r.absent),
-    # Or the table was cleared.
-    "rightly given up": _share(lambda r: r.solved, lambda r: r.absent),
-}
 
 
 def scores(table: Table, planner: str) -> dict[str, Estimate]:
@@ -146,13 +104,21 @@ def scores(table: Table, planner: str) -> dict[str, Estimate]:
     """
     done = table.completed(planner)
     budget = max((r.max_picks for r in done), default=0)
+    lost, wrong = EndReason.TARGET_LOST, EndReason.WRONG_OBJECT
     return {
         **{f"within {k}": within(done, k) for k in range(1, budget + 1)},
         "pick efficiency": efficiency(table, planner),
         **{f"more picks than {b}": regret(table, planner, b) for b in (ORACLE, INFORMED)},
         **{f"picks + {price} x drops": with_drops(done, price) for price in DROP_PRICES},
         "picks where retrieved": picks_where_solved(done),
-        **{name: of(done) for name, of in _FAILURES.items()},
+        # It left the table, but not in the gripper: mostly an accident.
+        "target lost": _share(lambda r: r.end == lost)(done),
+        "failed otherwise": _share(lambda r: not r.solved and r.end not in (lost, wrong))(done),
+        # Perception took it for the target.
+        "wrong object": _share(lambda r: r.end == wrong)(done),
+        "wrongly given up": _share(lambda r: r.end == EndReason.GAVE_UP, lambda r: not r.absent)(done),
+        # Or the table was cleared.
+        "rightly given up": _share(lambda r: r.solved, lambda r: r.absent)(done),
     }
 
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from torc.benchmark.measures import DROP_FREE, SUCCESS, within
 from torc.benchmark.paper import PaperMethod, paper_method, paper_success
+from torc.benchmark.report.cells import words
 from torc.benchmark.rows import Table, TrialRow
 from torc.errors import MissingDependencyError, extra_remedy
 
@@ -64,8 +65,8 @@ def draw_all(table: Table, planners: Sequence[str]) -> list[Picture]:
     except ImportError:
         raise MissingDependencyError("matplotlib, which draws the figures,", extra_remedy("report")) from None
     pictures = []
-    for name, (draw, title, text) in _FIGURES.items():
-        svg, png = io.BytesIO(), io.BytesIO()
+    for name, (draw, title) in _FIGURES.items():
+        svg, png, (text,) = io.BytesIO(), io.BytesIO(), words()[f"Figure: {title}"]
         with matplotlib.rc_context({**_STYLE, "svg.hashsalt": name}):
             figure = draw(table, shown)
             figure.tight_layout()
@@ -200,13 +201,8 @@ def _mark_paper(
         axes.scatter([i + 0.36] * len(marks), marks, **look, linewidth=1.3, zorder=5, label=label)
 
 
-_FIGURES: dict[str, tuple[Callable[[Table, list[str]], Figure], str, str]] = {
-    "success": (
-        _success,
-        "Success (the paper's figure 9, left)",
-        "Share of trials in which the target was retrieved. Colored: with no drop; gray, hatched: with drops. Lines: "
-        "95 % intervals. Diamonds: the paper's values, upper one for all successes, lower one for those with no drop.",
-    ),
+_FIGURES: dict[str, tuple[Callable[[Table, list[str]], Figure], str]] = {
+    "success": (_success, "Success (the paper's figure 9, left)"),
     "picks": (
         partial(
             _boxes,
@@ -215,22 +211,13 @@ _FIGURES: dict[str, tuple[Callable[[Table, list[str]], Figure], str, str]] = {
             label="picks per trial",
         ),
         "Picks required (the paper's figure 9, right)",
-        "Picks of every completed trial, failed attempts included. Box: quartiles and median. Diamonds: the paper's "
-        "medians.",
     ),
-    "within": (
-        _within,
-        "Retrieved within k picks",
-        "Share of trials in which the target was retrieved in at most so many picks (where it is not there: rightly "
-        "given up). Bands: 95 % intervals over problems.",
-    ),
+    "within": (_within, "Retrieved within k picks"),
     "drops": (
         partial(
             _boxes, values=lambda r: [r.drops], paper=lambda m: [m.drops], label="objects dropped per trial"
         ),
         "Objects dropped (the paper's figure 10, left)",
-        "Objects other than the target that fell off the table, of every completed trial. Diamonds: the paper's "
-        "medians.",
     ),
     "decision_time": (
         partial(
@@ -241,14 +228,7 @@ _FIGURES: dict[str, tuple[Callable[[Table, list[str]], Figure], str, str]] = {
             log=True,
         ),
         "Decision time (the paper's figure 10, right)",
-        "Wall time of every decision on a logarithmic scale (0.1 ms is the least that is shown). Diamonds: the paper's "
-        "medians, on other machines.",
     ),
-    "problems": (
-        _problems,
-        "Every problem",
-        "A row per problem. Left: share of trials with the target retrieved (in brackets the paper's, for its own "
-        "problems). Right: mean picks to retrieval. Yellow is good, dark blue is bad.",
-    ),
+    "problems": (_problems, "Every problem"),
 }
-"""How each figure is drawn, its title and text."""
+"""How each figure is drawn, and its title."""

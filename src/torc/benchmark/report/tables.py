@@ -80,8 +80,7 @@ def measures_table(table: Table, planners: Sequence[str]) -> TextTable:
         for category in (None, "structured", "unstructured")
         if (done := table.completed(planner, category))
     ]
-    note = "; ".join(f"{m.name}: {m.help}" for m in MEASURES) + ". Brackets: 95 % intervals over problems."
-    return TextTable.of("All measures", rows, note)
+    return TextTable.of("All measures", rows)
 
 
 def comparison_table(table: Table, planners: Sequence[str]) -> TextTable:
