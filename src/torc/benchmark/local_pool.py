@@ -155,12 +155,9 @@ class LocalPool:
             text = f"It was ended after {self.config.limit_s:g} s without an answer."
             return Failure(FailureKind.HUNG, text)
         except ProcessExpired as error:
-            known, code = {-s.value: s.name for s in signal.Signals}, error.exitcode
-            death = (
-                f"was ended by {known.get(code, f'signal {-code}')}"
-                if code < 0
-                else f"ended with code {code}"
-            )
+            code, names = error.exitcode, {-s.value: s.name for s in signal.Signals}
+            by = names.get(code, f"signal {-code}")
+            death = f"was ended by {by}" if code < 0 else f"ended with code {code}"
             return Failure(FailureKind.CRASHED, f"Its process {death}.")
         except Exception as error:
             return Failure(FailureKind.RAISED, f"{type(error).__name__}: {error}")

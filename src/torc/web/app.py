@@ -66,7 +66,7 @@ def make_app(site: Site, token: str | None, port: int) -> Starlette:
 
     `token` is None if only this machine reaches the server, which listens on `port`.
     """
-    app, closing = _App(site), threading.Event()
+    app = _App(site)
     trial, pick = "/api/trials/{key}", "/api/trials/{key}/picks/{pick:int}"
     routes = [
         Route("/api/trials", app.trials),
@@ -83,7 +83,7 @@ def make_app(site: Site, token: str | None, port: int) -> Starlette:
     if site.session is None:
         routes.append(Route("/report", app.report))
     else:
-        expert = _Expert(site.session, closing)
+        expert = _Expert(site.session)
         routes += [
             Route("/api/session", expert.state),
             Route("/api/session/changes", expert.changes),
@@ -91,31 +91,28 @@ def make_app(site: Site, token: str | None, port: int) -> Starlette:
             Route("/api/session/choose", expert.choose, methods=["POST"]),
         ]
     if site.frames is not None:
-        routes.append(Route("/api/robot.jpg", _newest(site.frames, closing)))
+        routes.append(Route("/api/robot.jpg", _newest(site.frames)))
     zipped = Middleware(GZipMiddleware, minimum_size=1000, compresslevel=1)
-    return _served("index.html", routes, closing, [Middleware(Gate, token=token, port=port), zipped])
+    return _served("index.html", routes, Middleware(Gate, token=token, port=port), zipped)
 
 
 def make_camera_app(board: FrameBoard, token: str | None, port: int) -> Starlette:
     """Return the application of `torc camera show`: the newest picture and the facts about it; see `make_app`."""
-    closing = threading.Event()
-    routes = [Route("/api/camera.jpg", _newest(board, closing))]
-    return _served("camera.html", routes, closing, [Middleware(Gate, token=token, port=port)])
+    routes = [Route("/api/camera.jpg", _newest(board))]
+    return _served("camera.html", routes, Middleware(Gate, token=token, port=port))
 
 
-def _served(
-    page: str, routes: Sequence[BaseRoute], closing: threading.Event, middleware: Sequence[Middleware]
-) -> Starlette:
+def _served(page: str, routes: Sequence[BaseRoute], *middleware: Middleware) -> Starlette:
     def home(request: Request) -> Response:
         return FileResponse(_PAGE / page)
 
     everything = [Route("/", home), Mount("/page", StaticFiles(directory=_PAGE)), *routes]
     app = Starlette(routes=everything, middleware=middleware, exception_handlers={InputError: _explained})
-    app.state.closing = closing
+    app.state.closing = threading.Event()
     return app
 
 
-def _newest(board: FrameBoard, closing: threading.Event) -> Callable[[Request], Any]:
+def _newest(board: FrameBoard) -> Callable[[Request], Any]:
     """Return the address of the next picture after number `after`, with its facts."""
 
     async def picture(request: Request) -> Response:
@@ -128,7 +125,7 @@ def _newest(board: FrameBoard, closing: threading.Event) -> Callable[[Request], 
                 # ASCII: headers hold nothing else.
                 headers = {"X-Frame": str(number), "X-Facts": json.dumps(facts)}
                 return Response(content, media_type="image/jpeg", headers=headers)
-            if closing.is_set() or await request.is_disconnected():
+            if request.app.state.closing.is_set() or await request.is_disconnected():
                 break
             await asyncio.sleep(_POLL_S)
         return Response(status_code=204)
@@ -177,15 +174,15 @@ class _App:
 
 
 class _Expert:
-    def __init__(self, session: Session, closing: threading.Event) -> None:
-        self._session, self._closing = session, closing
+    def __init__(self, session: Session) -> None:
+        self._session = session
 
     def state(self, request: Request) -> Response:
         return _json(asdict(self._session.state))
 
     def changes(self, request: Request) -> Response:
         """Stream server-sent events: the state now, and whenever it changes."""
-        return StreamingResponse(self._states(), media_type="text/event-stream")
+        return StreamingResponse(self._states(request.app.state.closing), media_type="text/event-stream")
 
     async def start(self, request: Request) -> Response:
         self._session.start((await _body(request, TypeAdapter(_Start))).trial)
@@ -195,9 +192,9 @@ class _Expert:
         self._session.choose(await _body(request, TypeAdapter(Choice)))
         return self.state(request)
 
-    async def _states(self) -> AsyncIterator[str]:
+    async def _states(self, closing: threading.Event) -> AsyncIterator[str]:
         told, waited = -1, 0.0
-        while not self._closing.is_set():
+        while not closing.is_set():
             state = self._session.state
             if state.version != told:
                 told, waited = state.version, 0.0
