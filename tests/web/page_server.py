@@ -73,7 +73,7 @@ class Client:
 def served(
     root: Path,
     session: Session | None = None,
-    trials: HumanQueue | None = None,
+    queue: HumanQueue | None = None,
     board: FrameBoard | None = None,
     token: str | None = None,
     port: int = 0,
@@ -81,7 +81,7 @@ def served(
 ) -> Iterator[Client]:
     """A server for the trials below `root`, as `torc view` starts it; with a session, as `torc human` does."""
     shelf = Shelf(root, only)
-    site = Site(shelf, trials or shelf, session, board)
+    site = Site(shelf, queue, session, board)
     sock = listen("127.0.0.1", port)
     real_port = sock.getsockname()[1]
     with serving_app(make_app(site, token, real_port), sock):

@@ -46,12 +46,12 @@ _Body = TypeVar("_Body")
 
 @dataclass(frozen=True)
 class Site:
-    """The content of a server: trials on disk, those that are listed, the session of the expert who plays, if one
-    does, and pictures of the working robot from outside, if they are shown.
+    """The content of a server: trials on disk; the queue and the session of experts, if they play; pictures of the
+    working robot from outside, if they are shown.
     """
 
     shelf: Shelf
-    trials: Shelf | HumanQueue
+    queue: HumanQueue | None = None
     session: Session | None = None
     frames: FrameBoard | None = None
 
@@ -148,15 +148,15 @@ class _App:
     def trials(self, request: Request) -> Response:
         site = self._site
         facts = {"mode": "human" if site.session else "view", "outside": site.frames is not None}
-        return _json({**facts, "report": self._has_report, "trials": site.trials.lines()})
+        return _json({**facts, "report": self._has_report, "trials": (site.queue or site.shelf).lines()})
 
     def of_trial(self, answer: Callable[..., Response]) -> Callable[[Request], Response]:
         """Return what answers with the trial of an address, and the numbers that follow in it."""
 
         def answered(request: Request) -> Response:
             key, *numbers = request.path_params.values()
-            trial = self._site.shelf.read(key)
-            if isinstance(queue := self._site.trials, HumanQueue) and queue.withholds(trial):
+            trial, queue = self._site.shelf.read(key), self._site.queue
+            if queue is not None and queue.withholds(trial):
                 raise InputError(
                     "This problem is still to be played. Its trials can be looked at afterwards."
                 )
