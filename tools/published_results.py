@@ -71,7 +71,7 @@ def with_tables(page: str, table: Table) -> str:
         lines = found[0].splitlines()
         header, first = _cells(lines[0]), {_cells(line)[0] for line in lines}
         for made in _report_tables(table, planners, header):
-            if header[0] == made.header[0] and set(header) <= set(made.header):
+            if header[0] in made.header[:1] and set(header) <= set(made.header):
                 columns = [made.header.index(name) for name in header]
                 kept = [r for r in made.rows if header[0] != "pair" or r[0] in first]
                 rows = (" | ".join(str(row[i]) for i in columns) for row in kept)

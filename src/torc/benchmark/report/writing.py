@@ -89,6 +89,7 @@ def _sections(
 ) -> list[Section]:
     """Return the sections of the pages; `links` say where the squares of the trials lead."""
     standings, ranked = ranking.standings, ranking.table
+    competing = tables.ranking_table(standings, ranked, ranking.comparable)
     references = tables.references_table(standings, ranked)
     open_tables = [
         tables.sets_table(table, planners, ranking.verdict.planner),
@@ -108,7 +109,7 @@ def _sections(
     how = "How this was made"
     with_rows = [t for t in open_tables if t.rows]
     return [
-        Section("", [tables.ranking_table(standings, ranked, ranking.comparable)]),
+        *([Section("", [competing])] if competing.rows else []),
         *([Section(references.title, [references])] if references.rows else []),
         *_registered_sections(table),
         Section("The paper's figures, from these trials", pictures, "figures"),
