@@ -20,8 +20,8 @@ import numpy as np
 import tyro
 
 from torc.benchmark.reading import read_table
+from torc.benchmark.rows import pick_records, trial_records
 from torc.benchmark.store import Store
-from torc.benchmark.table_files import pick_records, trial_records
 
 _SHORTEST_S = 2.0
 """A runner needs some time to get going."""

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 import tyro
 
-from torc.benchmark.preflight import find_problems
+from torc.benchmark.spec import find_problems
 from torc.episode.simulated import simulated_robot
 from torc.pipeline.building import build_system
 from torc.records import SegmentedScene

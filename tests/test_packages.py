@@ -16,12 +16,9 @@ CORE = Path(torc.__file__).parent
 MODULES = {s.module for s in SATELLITES}
 DOORS = {
     "torc",
-    "torc.benchmark.comparison",
     "torc.benchmark.intervals",
-    "torc.benchmark.manifest",
     "torc.benchmark.measures",
     "torc.benchmark.paper",
-    "torc.benchmark.preflight",
     "torc.benchmark.report.cells",
     "torc.benchmark.report.pages",
     "torc.benchmark.report.tables",
@@ -143,7 +140,6 @@ DOORS = {
     "torc.vlm.simulated.profiles",
     "torc.vlm.simulated.situation",
     "torc.web.app",
-    "torc.web.camera_page",
     "torc.web.frames",
     "torc.web.shelf",
     "torc.workspace.description",

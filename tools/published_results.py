@@ -13,18 +13,15 @@ from typing import Annotated
 
 import tyro
 
-from torc.benchmark.manifest import MANIFEST_FORMAT, calls
 from torc.benchmark.reading import comparable, read_table
 from torc.benchmark.report import tables
 from torc.benchmark.report.cells import TextTable
 from torc.benchmark.report.ranking import rank
-from torc.benchmark.report.scores import give_ups_table, scores_table, within_table
-from torc.benchmark.report.tables import sets_table
+from torc.benchmark.report.tables import give_ups_table, scores_table, sets_table, within_table
 from torc.benchmark.report.writing import write_report
-from torc.benchmark.rows import Table
-from torc.benchmark.table_files import TRIALS_FILE, read_rows, write_tables
+from torc.benchmark.rows import TRIALS_FILE, Table, read_rows, write_tables
+from torc.benchmark.store import calls, write_calls
 from torc.errors import InputError
-from torc.io.results import write_json
 
 _NOT_KEPT = ("index.html", "*.parquet", "figures/*.png")
 _TABLE = re.compile(r"^\|.*\n(?:\|.*\n)+", re.MULTILINE)
@@ -47,9 +44,8 @@ class Add:
         for directory, why in (*new.left_out, *left_out):
             raise InputError(f"{directory}: {why}.")
         self.results.mkdir(parents=True, exist_ok=True)
-        manifest = {"format": MANIFEST_FORMAT, "calls": [*calls(self.results), *calls(self.run)]}
         write_tables(Table(self.results, rows), self.results)
-        write_json(self.results / "manifest.json", manifest)
+        write_calls(self.results, [*calls(self.results), *calls(self.run)])
         write_report([self.results], self.results)
         for path in (p for pattern in _NOT_KEPT for p in self.results.glob(pattern)):
             path.unlink()
@@ -75,7 +71,7 @@ def with_tables(page: str, table: Table) -> str:
         lines = found[0].splitlines()
         header, first = _cells(lines[0]), {_cells(line)[0] for line in lines}
         for made in _report_tables(table, planners, header):
-            if header[0] == made.header[0] and set(header) <= set(made.header):
+            if header[0] in made.header[:1] and set(header) <= set(made.header):
                 columns = [made.header.index(name) for name in header]
                 kept = [r for r in made.rows if header[0] != "pair" or r[0] in first]
                 rows = (" | ".join(str(row[i]) for i in columns) for row in kept)

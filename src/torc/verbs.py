@@ -4,22 +4,20 @@ Everything runs in the simulator and writes no files, except to a given `out`.
 """
 
 import sys
-import tempfile
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack, nullcontext
 from dataclasses import fields
 from os import PathLike
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, Self
 
 import torc
 from torc.benchmark.local_pool import LocalPool, PoolConfig, ThisProcess
-from torc.benchmark.playing import Order, run_missing
-from torc.benchmark.preflight import find_around, find_planner, find_problems
-from torc.benchmark.progress import shown
+from torc.benchmark.playing import Order, run_missing, shown
 from torc.benchmark.reading import read_table
 from torc.benchmark.rows import Table
-from torc.benchmark.spec import BenchPlanner, make_spec
+from torc.benchmark.spec import BenchPlanner, find_around, find_planner, find_problems, make_spec
 from torc.benchmark.store import TRIAL, Store
 from torc.episode.events import Decided, Ended, Started
 from torc.episode.log import EndedLine, EventLine
@@ -209,9 +207,8 @@ def play(
         InputError: something cannot be used; nothing was played.
     """
     spec, made = _planner(planner, vlm)
-    whole = TrialSpec(str(problem), spec, seed, _conditions(conditions))
     return run_trial(
-        whole,
+        TrialSpec(str(problem), spec, seed, _conditions(conditions)),
         None if out is None else Path(out),
         planner=None if made is None else made(),
         recording=Recording(video=video),
@@ -267,30 +264,24 @@ def bench(
 
     def play_here(order: Order) -> None:
         made = makers.get(order.trial.planner.spec.name)
-        run_trial(
-            order.trial.spec(order.problem),
-            order.work / TRIAL,
-            planner=None if made is None else made(),
-            overwrite=True,
-            say=_to_stderr,
-        )
+        planner = None if made is None else made()
+        spec, place = order.trial.spec(order.problem), order.work / TRIAL
+        run_trial(spec, place, planner=planner, overwrite=True, say=_to_stderr)
 
-    with _directory(out) as root:
-        store = Store(root)
+    with nullcontext(out) if out is not None else TemporaryDirectory(prefix="torc-bench-") as root:
+        store = Store(Path(root))
         store.check()
-        with store.locked():
+        with store.locked(), shown(len(store.left(whole))) as show:
             store.extend(whole, {problem.name: problem for problem in found.values()})
             backend = ThisProcess() if workers == 1 else LocalPool(PoolConfig(workers))
-            with shown(len(store.left(whole))) as show:
-                run_missing(store, whole, backend, listener=show, work=play_here if workers == 1 else None)
-        return read_table(root)
+            run_missing(store, whole, backend, listener=show, work=play_here if workers == 1 else None)
+        return read_table(store.root)
 
 
 def _conditions(given: dict[str, Any]) -> Conditions:
     names = [f.name for f in fields(Conditions)]
-    for name in given:
-        if name not in names:
-            raise UnknownNameError("condition", name, names)
+    if unknown := [name for name in given if name not in names]:
+        raise UnknownNameError("condition", unknown[0], names)
     return Conditions(**given)
 
 
@@ -309,25 +300,12 @@ def _importable(planner: Planner) -> str:
     """Return the name by which another process finds a planner."""
     if isinstance(planner, str):
         return planner
-    module = sys.modules.get(getattr(planner, "__module__", ""))
-    name = getattr(planner, "__qualname__", "")
+    name, module = getattr(planner, "__qualname__", "<"), getattr(planner, "__module__", None)
+    if module == "__main__":
+        module = getattr(sys.modules[module], "__file__", None)  # None in a notebook
     if not isinstance(planner, type) or module is None or "<" in name:
         raise InputError(
-            f"With several workers a planner must be a name or a class of a module, not {planner!r}."
+            f"With several workers a planner must be a name, or a class in a module or file, not {planner!r}. Write it "
+            "to a file, or use workers=1."
         )
-    if module.__name__ != "__main__":
-        return f"{module.__name__}:{name}"
-    if (file := getattr(module, "__file__", None)) is None:
-        raise InputError(
-            f"Other processes cannot import {name} from a notebook: write it to a file, or use workers=1."
-        )
-    return f"{file}:{name}"
-
-
-@contextmanager
-def _directory(out: str | PathLike[str] | None) -> Iterator[Path]:
-    if out is not None:
-        yield Path(out)
-        return
-    with tempfile.TemporaryDirectory(prefix="torc-bench-") as place:
-        yield Path(place)
+    return f"{module}:{name}"

@@ -10,10 +10,9 @@ import pytest
 
 from tests.helpers.fake_bench import InlineBackend, fake_spec, made_up_table, play_quickly
 from torc.benchmark.local_pool import Failure, FailureKind
-from torc.benchmark.manifest import begin_call
 from torc.benchmark.playing import run_missing
 from torc.benchmark.rows import Table
-from torc.benchmark.store import Store
+from torc.benchmark.store import Store, begin_call
 from torc.objects.library import load_object
 from torc.objects.models import ObjectModel
 from torc.objects.object_files import save_object

@@ -5,11 +5,15 @@ import html
 import re
 import shutil
 from collections import Counter
+from pathlib import Path
 
 import pytest
 
 from torc.benchmark.reading import read_table
+from torc.benchmark.report import figures, tables, writing
+from torc.benchmark.report.cells import words
 from torc.benchmark.report.writing import write_report
+from torc.benchmark.rows import Table
 from torc.episode.viewer_links import trial_link
 from torc.web.shelf import Shelf
 
@@ -81,7 +85,7 @@ def test_only_a_report_that_the_viewer_serves_speaks_of_its_page(played, page, t
     assert f"{from_its_page} this command, each leads to the picks: <span><code>torc view {copied}<" in (
         served.page.read_text()
     )
-    assert "open Report" in served.view.advice
+    assert "open Report" in served.advice
     assert from_its_page not in page
 
 
@@ -104,6 +108,13 @@ def test_the_page_needs_nothing_from_outside(page):
     assert "default-src 'none'" in page
 
 
+def test_every_note_of_words_stands_under_a_table_or_figure_that_there_is():
+    code = "".join(Path(module.__file__).read_text() for module in (figures, tables, writing))
+    for title, paragraphs in words().items():
+        assert f'"{title.removeprefix("Figure: ")}"' in code
+        assert all(paragraphs)
+
+
 def test_strange_names_stay_text(page, report):
     assert "<b>&amp;|" not in page
     assert "&lt;b&gt;&amp;amp;|`*_" in page
@@ -120,3 +131,9 @@ def test_tables_for_other_programs(report, played):
     table = parquet.read_table(report.directory / "trials.parquet")
     assert table.column("picks").to_pylist() == [int(r["picks"]) for r in rows]
     assert table.column("retrieved").to_pylist() == [r["retrieved"] == "True" for r in rows]
+
+
+def test_no_viewer_of_the_whole_disk_is_offered():
+    """Trials that share only the root of the disk have no viewer."""
+    assert Table(Path("/"), ()).view_command == ""
+    assert Table(Path("/runs"), ()).view_command == "torc view /runs"

@@ -97,10 +97,10 @@ def test_a_problem_is_what_lies_where_and_what_is_said_of_the_target():
 
 def test_a_spec_survives_the_disk():
     spec = fake_spec()
-    assert from_json(to_json(spec), "here") == spec
+    assert from_json(to_json(spec)) == spec
     asking = BenchPlanner(PlannerSpec("vlm-select", VLM, {"asks": 2}), "ab", {"occlusion.smooth_px": 3})
     spec = make_spec([PROBLEM], [asking, RANDOM], range(2), Around(Conditions(noise=True)), "0.1")
-    assert from_json(json.loads(json.dumps(to_json(spec))), "here") == spec
+    assert from_json(json.loads(json.dumps(to_json(spec)))) == spec
 
 
 def test_a_robot_that_has_moved_is_the_same_and_one_that_has_changed_is_not():
@@ -110,7 +110,7 @@ def test_a_robot_that_has_moved_is_the_same_and_one_that_has_changed_is_not():
 
     both = merged(spec("random", "a/mine.yaml", "a1"), spec("dg-select", "b/mine.yaml", "a1"))
     assert {t.around.conditions.robot for t in both.trials} == {"b/mine.yaml"}
-    assert from_json(to_json(both), "here") == both
+    assert from_json(to_json(both)) == both
     with pytest.raises(InputError, match="which has changed since"):
         merged(spec("random", "mine.yaml", "a1"), spec("random", "mine.yaml", "a2"))
     with pytest.raises(InputError, match=f"robot {DEFAULT_ROBOT} there, mine.yaml now"):

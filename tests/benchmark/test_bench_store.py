@@ -13,20 +13,25 @@ from torc.benchmark import store as store_module
 from torc.benchmark.local_pool import Failure, FailureKind
 from torc.benchmark.playing import run_missing
 from torc.benchmark.reading import read_table
+from torc.benchmark.rows import trial_records
 from torc.benchmark.spec import planned
 from torc.benchmark.store import Store
-from torc.benchmark.table_files import trial_records
 from torc.errors import InputError
 
 CHECKOUT = Path(__file__).parents[2]
 
 
 def _play(root, spec, backend=None, **options):
-    store, heard = Store(root), []
+    store, heard, errored = Store(root), [], []
+
+    def listener(trial, result):
+        heard.append(trial)
+        errored.extend([] if result.completed else [trial])
+
     with store.locked():
         store.extend(spec, {})
-        options = {"listener": lambda trial, result: heard.append(trial), "work": play_quickly} | options
-        errored = run_missing(store, spec, backend or InlineBackend(), **options)
+        options = {"listener": listener, "work": play_quickly} | options
+        run_missing(store, spec, backend or InlineBackend(), **options)
     return store, heard, errored
 
 
@@ -47,7 +52,7 @@ def test_errored_trials_are_kept_with_their_cause_and_played_again(tmp_path, who
     bad = spec.trials[3]
     failure = Failure(FailureKind.CRASHED, "Its process was ended by SIGSEGV.")
     store, heard, errored = _play(tmp_path, spec, InlineBackend({bad.id: failure}))
-    assert errored == 1
+    assert errored == [bad]
     assert len(heard) == len(spec.trials)
     assert store.left(spec) == [bad]
     (row,) = [r for r in read_table(tmp_path).rows if r.id == bad.id]

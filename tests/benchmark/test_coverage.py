@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from torc.benchmark.comparison import holm, sign_flip_p
-from torc.benchmark.intervals import difference, mean, median, share, wilson
+from torc.benchmark.intervals import difference, holm, mean, median, share, sign_flip_p, wilson
 
 FAST, SLOW = 250, 1000
 

@@ -5,12 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from torc.benchmark.comparison import compare
-from torc.benchmark.measures import COST, MEDIAN_PICKS
+from torc.benchmark.measures import COST, MEDIAN_PICKS, compare
 from torc.benchmark.paper import METHODS, _per_problem
-from torc.benchmark.report.bounds import beaten_table, better_trials, bound_summary
-from torc.benchmark.report.ranking import rank, verdict
-from torc.benchmark.report.tables import ranking_table, references_table
+from torc.benchmark.report.ranking import better_trials, bound_summary, rank, verdict
+from torc.benchmark.report.tables import beaten_table, ranking_table, references_table
 from torc.benchmark.rows import Table, TrialRow
 
 GOOD = [[3, 4], [2, 3], [4, 4], [3, 2], [5, 4], [2, 2], [3, 3], [4, 5], [3, 3], [2, 4]]

@@ -12,8 +12,8 @@ from tests.helpers.fake_bench import InlineBackend, fake_spec, play_quickly
 from torc.benchmark.playing import run_missing
 from torc.benchmark.ray_pool import load_ray
 from torc.benchmark.reading import read_table
+from torc.benchmark.rows import trial_records
 from torc.benchmark.store import WORK, Store
-from torc.benchmark.table_files import trial_records
 
 pytestmark = [
     pytest.mark.slow,

@@ -6,20 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from torc.benchmark.report.scores import give_ups_table, score_summary, scores_table, within_table
-from torc.benchmark.report.tables import sets_table
+from torc.benchmark.measures import efficiency, regret, scores, with_drops, within
+from torc.benchmark.report.tables import give_ups_table, scores_table, sets_table, within_table
 from torc.benchmark.rows import Table
-from torc.benchmark.scores import (
-    efficiency,
-    failed_otherwise,
-    false_give_ups,
-    lost,
-    picks_where_solved,
-    regret,
-    right_give_ups,
-    with_drops,
-    within,
-)
 
 ROOT = Path(__file__).parents[2]
 MINE = [[3, 4], [2, 15], [6, 3]]
@@ -74,10 +63,11 @@ def test_sets_are_told_apart_where_there_are_several(made_up):
 def test_failures_fall_into_two_kinds(made_up):
     rows = made_up(mine=MINE).completed("mine")
     fallen = [replace(r, retrieved=False, end="target lost") if r.picks == 6 else r for r in rows]
-    kinds = lost(fallen), failed_otherwise(fallen)
+    found = scores(Table(Path("x"), tuple(fallen)), "mine")
+    kinds = found["target lost"], found["failed otherwise"]
     assert [k.value for k in kinds] == pytest.approx([1 / 6, 1 / 6])
     assert sum(k.value for k in kinds) == pytest.approx(1 - np.mean([r.solved for r in fallen]))
-    assert picks_where_solved(fallen).value == pytest.approx(np.mean([3, 4, 2, 3]))
+    assert found["picks where retrieved"].value == pytest.approx(np.mean([3, 4, 2, 3]))
 
 
 def test_where_there_is_no_target_giving_up_is_right_and_searching_on_is_not(made_up):
@@ -98,10 +88,10 @@ def test_giving_up_is_counted_where_it_is_right_and_where_it_is_wrong(made_up):
     rows = [replace(r, end="gave up", retrieved=False) for r in made_up(mine=MINE).completed("mine")]
     rows = [replace(r, absent=i < 4) for i, r in enumerate(rows)]
     rows[0] = replace(rows[0], end="budget spent")
-    assert right_give_ups(rows).value == pytest.approx(3 / 4)
-    assert false_give_ups(rows).value == 1.0
-    assert failed_otherwise(rows).value == pytest.approx(3 / 6)
-    table = give_ups_table(Table(Path("x"), tuple(rows)), ["mine"])
+    whole = Table(Path("x"), tuple(rows))
+    names = ("rightly given up", "wrongly given up", "failed otherwise")
+    assert [scores(whole, "mine")[name].value for name in names] == pytest.approx([3 / 4, 1, 3 / 6])
+    table = give_ups_table(whole, ["mine"])
     assert table.rows[0][:2] == ("mine", "4")
     assert len(table.rows[0]) == len(table.header)
     assert give_ups_table(made_up(mine=MINE), ["mine"]).rows == []
@@ -117,5 +107,5 @@ def test_the_tables_have_what_can_be_told(made_up):
     assert oracle["more picks than oracle"] == ""
     curve = within_table(both, ["mine"])
     assert all(len(row) == len(curve.header) for row in (*curve.rows,))
-    summary = score_summary(both, "mine")
+    summary = scores(both, "mine")
     assert summary["within 3"].value == pytest.approx(within(both.completed("mine"), 3).value)

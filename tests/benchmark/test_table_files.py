@@ -11,9 +11,8 @@ import pytest
 
 from torc.benchmark.reading import read_table, read_tables
 from torc.benchmark.report.ranking import rank
-from torc.benchmark.report.writing import Report
-from torc.benchmark.table_files import PICKS_FILE, TRIALS_FILE, read_rows, write_tables
-from torc.benchmark.tracking import track
+from torc.benchmark.report.writing import Report, track
+from torc.benchmark.rows import PICKS_FILE, TRIALS_FILE, read_rows, write_tables
 from torc.errors import InputError
 
 

@@ -6,8 +6,7 @@ from pathlib import Path
 import pytest
 
 from torc.benchmark.report.tables import vlm_table
-from torc.benchmark.rows import Table, TrialRow
-from torc.benchmark.table_files import TRIALS_FILE, read_rows, write_tables
+from torc.benchmark.rows import TRIALS_FILE, Table, TrialRow, read_rows, write_tables
 
 USE = {"calls": 4, "tokens_sent": 4000, "tokens_written": 200, "cost": 0.006, "currency": "EUR"}
 

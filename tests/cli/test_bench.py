@@ -11,11 +11,11 @@ import pytest
 from tests.helpers.fake_bench import InlineBackend, play_quickly
 from tests.helpers.torc_command import run_torc
 from torc.benchmark.local_pool import Failure, FailureKind
-from torc.benchmark.manifest import calls
 from torc.benchmark.playing import play
 from torc.benchmark.reading import read_table, read_tables
 from torc.benchmark.report.ranking import rank, verdict
-from torc.benchmark.table_files import pick_records, trial_records
+from torc.benchmark.rows import pick_records, trial_records
+from torc.benchmark.store import calls
 from torc.io.digests import forget_files
 from torc.problems.problem import load_problem, problem_text
 

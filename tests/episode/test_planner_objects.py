@@ -12,8 +12,7 @@ from torc.records import Decision
 from torc.specs.trial import PlannerSpec, TrialSpec
 from torc.task_planning.dg_select import DgSelectPlanner
 from torc.vlm.config import VlmConfig
-from torc.web.expert import HumanPlanner
-from torc.web.session import Session
+from torc.web.session import HumanPlanner, Session
 
 
 class Mine:

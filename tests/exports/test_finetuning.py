@@ -6,8 +6,8 @@ import os
 import pytest
 
 from torc.errors import InputError
+from torc.exports.examples import split_of
 from torc.exports.exporting import ExportSpec, export_trials
-from torc.exports.selection import split_of
 from torc.records.evidence import Tokens
 from torc.vlm.answers import read_first_pick
 from torc.vlm.asker import fill_prompt

@@ -6,10 +6,9 @@ from pathlib import Path
 import pytest
 
 from tools.published_results import Add, with_tables
-from torc.benchmark.manifest import calls
 from torc.benchmark.reading import read_table
-from torc.benchmark.rows import Table
-from torc.benchmark.table_files import write_tables
+from torc.benchmark.rows import Table, write_tables
+from torc.benchmark.store import calls
 from torc.errors import InputError
 from torc.io.results import write_json
 

@@ -17,13 +17,11 @@ from torc.episode.trial import Trial
 from torc.specs.conditions import Conditions
 from torc.specs.trial import TrialSpec
 from torc.testing.synthetic import Shape
-from torc.web.app import Site
-from torc.web.expert import HumanPlanner, SessionListener
+from torc.web.app import Site, make_app
 from torc.web.frames import FrameBoard
-from torc.web.human_queue import HumanQueue, make_queue
-from torc.web.serving import listen, serving
-from torc.web.session import Phase, Session, SessionState
-from torc.web.shelf import Shelf
+from torc.web.serving import listen, serving_app
+from torc.web.session import HumanPlanner, Phase, Session, SessionState
+from torc.web.shelf import HumanQueue, Shelf, make_queue
 
 
 @dataclass
@@ -75,7 +73,7 @@ class Client:
 def served(
     root: Path,
     session: Session | None = None,
-    trials: HumanQueue | None = None,
+    queue: HumanQueue | None = None,
     board: FrameBoard | None = None,
     token: str | None = None,
     port: int = 0,
@@ -83,8 +81,10 @@ def served(
 ) -> Iterator[Client]:
     """A server for the trials below `root`, as `torc view` starts it; with a session, as `torc human` does."""
     shelf = Shelf(root, only)
-    site = Site(shelf, trials or shelf, session, board)
-    with serving(site, listen("127.0.0.1", port), token) as real_port:
+    site = Site(shelf, queue, session, board)
+    sock = listen("127.0.0.1", port)
+    real_port = sock.getsockname()[1]
+    with serving_app(make_app(site, token, real_port), sock):
         yield Client(real_port)
 
 
@@ -134,5 +134,5 @@ class Game:
             if isinstance(event, Planned):
                 self.may_move.wait()
 
-        planner, tell = HumanPlanner(self.session, spec.planner.expert), SessionListener(self.session)
+        planner, tell = HumanPlanner(self.session, spec.planner.expert), self.session.show
         return play_fake_trial(spec, out, planner, [tell, move], self._shapes, names=self._names)

@@ -9,10 +9,9 @@ from page_server import Client, served
 from torc.episode.log import without_seconds
 from torc.episode.trial import Recording, run_trial
 from torc.specs.trial import TrialSpec
-from torc.web.access import token_for
-from torc.web.expert import HumanPlanner, SessionListener
 from torc.web.frames import FrameBoard, RobotCamera
-from torc.web.session import Choice, Phase, Session
+from torc.web.serving import token_for
+from torc.web.session import Choice, HumanPlanner, Phase, Session
 
 
 def test_a_token_is_made_where_others_reach_the_server():
@@ -98,7 +97,7 @@ def _play(out, watch):
     person.start()
     try:
         with RobotCamera(board) as camera:
-            planner, tell = HumanPlanner(session), SessionListener(session)
+            planner, tell = HumanPlanner(session), session.show
             trial = run_trial(
                 SPEC,
                 out,

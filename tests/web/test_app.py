@@ -17,8 +17,8 @@ from torc.robots.schema import EXAMPLE
 from torc.specs.conditions import Conditions
 from torc.specs.spec_files import to_plain
 from torc.specs.trial import TrialSpec
-from torc.web.human_queue import make_queue
 from torc.web.session import Choice, Phase, Session
+from torc.web.shelf import make_queue
 
 
 def test_the_viewer_serves_a_whole_trial(client):

@@ -6,13 +6,14 @@ import threading
 import pytest
 from page_server import Client
 
-from torc.web.camera_page import CameraBoard, make_camera_app
+from torc.web.app import make_camera_app
+from torc.web.frames import FrameBoard
 from torc.web.serving import listen, serving_app
 
 
 @pytest.fixture
 def board():
-    return CameraBoard()
+    return FrameBoard()
 
 
 @pytest.fixture
@@ -34,8 +35,8 @@ def test_the_page_loads_nothing_from_elsewhere(client):
 
 
 def test_the_newest_picture_comes_with_its_facts(board, client):
-    board.show(b"first", {"depth": "at 90 %"})
-    board.show(b"second", {"depth": "at 95 %", "no masks": "nothing ✓"})
+    board.put(b"first", {"depth": "at 90 %"})
+    board.put(b"second", {"depth": "at 95 %", "no masks": "nothing ✓"})
     found = client.get("/api/camera.jpg?after=0")
     assert (found.body, found.headers["x-frame"]) == (b"second", "2")
     assert json.loads(found.headers["x-facts"]) == {"depth": "at 95 %", "no masks": "nothing ✓"}
@@ -43,15 +44,15 @@ def test_the_newest_picture_comes_with_its_facts(board, client):
 
 
 def test_who_has_the_newest_waits_for_the_next(board, client):
-    board.show(b"first", {})
-    timer = threading.Timer(0.2, board.show, (b"second", {}))
+    board.put(b"first", {})
+    timer = threading.Timer(0.2, board.put, (b"second", {}))
     timer.start()
     assert client.get("/api/camera.jpg?after=1").body == b"second"
     timer.join()
 
 
 def test_trouble_is_told_beside_the_last_picture(board, client):
-    board.show(b"first", {"depth": "at 90 %"})
+    board.put(b"first", {"depth": "at 90 %"})
     board.trouble("The camera is gone.")
     found = client.get("/api/camera.jpg?after=1")
     assert found.body == b"first"
@@ -59,9 +60,9 @@ def test_trouble_is_told_beside_the_last_picture(board, client):
 
 
 def test_a_page_may_have_a_task_of_its_own():
-    board = CameraBoard("Lay the scene out.")
-    board.show(b"first", {"object 1": "0.50"})
-    assert board.newest()[2] == {"object 1": "0.50", "task": "Lay the scene out."}
+    board = FrameBoard("Lay the scene out.")
+    board.put(b"first", {"object 1": "0.50"})
+    assert board.watch()[2] == {"object 1": "0.50", "task": "Lay the scene out."}
     board.trouble("The camera is gone.")
-    assert board.newest()[2]["task"] == "Lay the scene out."
-    assert "task" not in CameraBoard().newest()[2]
+    assert board.watch()[2]["task"] == "Lay the scene out."
+    assert "task" not in FrameBoard().watch()[2]

@@ -1,12 +1,13 @@
-"""95 % intervals for trials that come in problems: trials of one problem are alike, so problems are the sample.
+"""95 % intervals and tests for trials that come in problems: trials of one problem are alike, problems are the sample.
 
-All are built on the linearised variance of a ratio of sums over problems, with Student's t for the number of problems.
+All intervals are built on the linearised variance of a ratio of sums over problems, with Student's t for their number.
 The usual percentile bootstrap over problems contains the truth in 86-94 % of the cases with 10 to 40 problems, and in
 fewer for shares near 1; these intervals contain it in 93-97 % (tests/benchmark/test_coverage.py, docs/benchmarking.md).
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import product
 from math import log, sqrt
 
 import numpy as np
@@ -16,6 +17,13 @@ from scipy.stats import t as student
 
 LEVEL = 0.95
 _NORMAL = 1.959963984540054
+ALPHA = 0.05
+"""A corrected p below this is called a difference."""
+_EXACT_UP_TO = 14
+"""Up to this many problems, all 2^n assignments of signs are tried."""
+_DRAWS = 20_000
+LEAST_P = 1 / (_DRAWS + 1)
+"""The p-value if no random signs make a difference as large: the true one may be far less."""
 _MAX_CUTS = 400
 """Most distinct values at which a median is searched."""
 
@@ -39,8 +47,11 @@ class Estimate:
     count: int
     problems: int
 
-    def text(self, digits: int | None = 2) -> str:
-        """Return text for tables: "0.83 [0.78, 0.87]"; empty without a value. None for two significant digits."""
+    def text(self, digits: int | None = 2, sign: str = "") -> str:
+        """Return text for tables: "0.83 [0.78, 0.87]"; empty without a value.
+
+        `digits` is None for two significant ones; `sign` is "+" for differences.
+        """
         if not np.isfinite(self.value):
             return ""
 
@@ -48,9 +59,14 @@ class Estimate:
             if not np.isfinite(value):
                 return "?"
             shorter = ".2g" if abs(value) < 100 else ".0f"
-            return format(value, shorter if digits is None else f".{digits}f")
+            return format(value, sign + (shorter if digits is None else f".{digits}f"))
 
         return f"{written(self.value)} [{written(self.low)}, {written(self.high)}]"
+
+    @property
+    def short(self) -> str:
+        """The value alone, in two significant digits."""
+        return self.text(None).partition(" ")[0]
 
 
 NOTHING = Estimate(float("nan"), float("nan"), float("nan"), 0, 0)
@@ -61,6 +77,13 @@ def by_problem(problems: Sequence[str], *columns: Sequence[float]) -> tuple[Sums
     names, index = np.unique(np.asarray(problems, dtype=object).astype(str), return_inverse=True)
     # For empty input NumPy counts in whole numbers.
     return tuple(np.bincount(index, np.asarray(c, float), len(names)).astype(float) for c in columns)
+
+
+def per_row(rows: Iterable[tuple[str, float]]) -> tuple[Sums, Sums]:
+    """Return the sum of the values and the number of rows of each problem, from rows of a problem and a value."""
+    pairs = list(rows)
+    sums, totals = by_problem([name for name, _ in pairs], [value for _, value in pairs], [1] * len(pairs))
+    return sums, totals
 
 
 def share(hits: Sums, totals: Sums) -> Estimate:
@@ -175,3 +198,31 @@ def _counted(sums: Sums, totals: Sums) -> tuple[Sums, Sums]:
     """Leave out the problems without anything to count."""
     some = totals > 0
     return sums[some], totals[some]
+
+
+def sign_flip_p(sums: Sums) -> float:
+    """Return the p-value of a two-sided permutation test: without a difference, each problem's sum could change its
+    sign.
+
+    Exact for few problems, else from a fixed set of random signs. NaN without problems.
+    """
+    if not len(sums):
+        return float("nan")
+    values = np.asarray(sums, dtype=float)
+    values = values[values != 0]  # their sign changes nothing
+    if len(values) <= _EXACT_UP_TO:
+        signs, extra = np.array(list(product((-1.0, 1.0), repeat=len(values)))), 0
+    else:
+        signs, extra = np.random.default_rng(0).choice((-1.0, 1.0), (_DRAWS, len(values))), 1
+    as_large = np.abs(signs @ values) >= abs(values.sum()) - 1e-9
+    return float((as_large.sum() + extra) / (len(signs) + extra))
+
+
+def holm(p_values: Sequence[float]) -> list[float]:
+    """Return p-values corrected for their number (S. Holm, 1979); NaNs are unchanged and do not count."""
+    known = [i for i, p in enumerate(p_values) if np.isfinite(p)]
+    corrected, largest = list(p_values), 0.0
+    for rank, i in enumerate(sorted(known, key=lambda i: p_values[i])):
+        largest = max(largest, min(1.0, (len(known) - rank) * p_values[i]))
+        corrected[i] = largest
+    return corrected

@@ -25,8 +25,6 @@ _TASKS_PER_PROCESS = 100
 """A process is replaced after this many, so that leaks of libraries do not add up."""
 _STARTS = 4
 """How often the pool may break down in a row without a task having ended."""
-
-
 Work = Callable[[Any], Any]
 """A function at the top level of a module; argument and answer can be pickled."""
 
@@ -129,7 +127,6 @@ class LocalPool:
                     self.close()
 
     def close(self) -> None:
-        """End the processes."""
         self._pool = None
         self._stack.close()
 
@@ -150,23 +147,20 @@ class LocalPool:
 
     def _outcome(self, future: Future[Any]) -> Any:
         """Return what the work returned, or a Failure. Raises BrokenProcessPool."""
-        error = future.exception()
-        match error:
-            case None:
-                return future.result()
-            case BrokenProcessPool():
-                raise error
-            case TimeoutError():
-                text = f"It was ended after {self.config.limit_s:g} s without an answer."
-                return Failure(FailureKind.HUNG, text)
-            case ProcessExpired():
-                return Failure(FailureKind.CRASHED, f"Its process {_death(error.exitcode)}.")
-        return Failure(FailureKind.RAISED, f"{type(error).__name__}: {error}")
-
-
-def _death(code: int) -> str:
-    known = {s.value: s.name for s in signal.Signals}
-    return f"ended with code {code}" if code >= 0 else f"was ended by {known.get(-code, f'signal {-code}')}"
+        try:
+            return future.result()
+        except BrokenProcessPool:
+            raise
+        except TimeoutError:
+            text = f"It was ended after {self.config.limit_s:g} s without an answer."
+            return Failure(FailureKind.HUNG, text)
+        except ProcessExpired as error:
+            code, names = error.exitcode, {-s.value: s.name for s in signal.Signals}
+            by = names.get(code, f"signal {-code}")
+            death = f"was ended by {by}" if code < 0 else f"ended with code {code}"
+            return Failure(FailureKind.CRASHED, f"Its process {death}.")
+        except Exception as error:
+            return Failure(FailureKind.RAISED, f"{type(error).__name__}: {error}")
 
 
 def _set_up(memory_bytes: int | None, parent: int) -> None:

@@ -47,17 +47,17 @@ METHODS = {
 """By the name of torc's planner."""
 
 
-def _on_robot(retrieved: int, drop_free: int) -> PaperMethod:
-    # At least six of nine trials had no drop, so the median is 0.
-    return PaperMethod(retrieved / REAL_TRIALS, drop_free / REAL_TRIALS, None, 0, None)
-
-
+# Retrieved, and with no drop. At least six of nine trials had no drop, so the median is 0.
+_ON_ROBOT = {
+    "vlm-select": (8, 6),
+    "dg-select": (9, 8),
+    "vlm-fixes-dg": (9, 8),
+    "vlm-grasps": (9, 9),
+    "human": (9, 9),
+}
 REAL_METHODS = {
-    "vlm-select": _on_robot(8, 6),
-    "dg-select": _on_robot(9, 8),
-    "vlm-fixes-dg": _on_robot(9, 8),
-    "vlm-grasps": _on_robot(9, 9),
-    "human": _on_robot(9, 9),
+    name: PaperMethod(retrieved / REAL_TRIALS, drop_free / REAL_TRIALS, None, 0, None)
+    for name, (retrieved, drop_free) in _ON_ROBOT.items()
 }
 """The methods on the robot, by the name of torc's planner."""
 

@@ -1,9 +1,15 @@
-"""Play missing and errored trials of a store, each in a worker process."""
+"""Play missing and errored trials of a store, each in a worker process, and show the progress."""
 
-from collections.abc import Callable
+import sys
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from torc.benchmark.local_pool import Backend, Task, Work
 from torc.benchmark.spec import BenchSpec, PlannedTrial, problem_fingerprint
@@ -41,31 +47,20 @@ def run_missing(
     vlm_cache: CacheConfig | None = None,
     listener: Listener = lambda trial, result: None,
     work: Work | None = None,
-) -> int:
-    """Play missing and errored trials of a store that the caller has locked; return how many were errored.
+) -> None:
+    """Play missing and errored trials of a store that the caller has locked.
 
-    Whenever this is stopped, even killed, the store holds only whole trials, and the next call continues.
-
-    Args:
-        store, spec: the store and its trials.
-        backend: runs the trials.
-        limit: most trials to play.
-        vlm_cache: where replies are kept.
-        listener: called with each trial that has ended.
-        work: plays an `Order` in a process of the backend; `play` by default.
+    Whenever this is stopped, even killed, the store holds only whole trials, and the next call continues. `limit` is
+    the most trials to play; `work`, by default `play`, plays an `Order` in a process of the backend.
     """
     orders = {
         trial.id: Order(trial, store.problem_path(trial.problem), store.work(trial), vlm_cache)
         for trial in store.left(spec)[:limit]
     }
     tasks = [Task(key, order, order.work / OUTPUT) for key, order in orders.items()]
-    errored = 0
     for ending in backend.run(work or play, tasks):
         order = orders[ending.key]
-        result = store.accept(order.trial, order.work, ending.failure)
-        errored += not result.completed
-        listener(order.trial, result)
-    return errored
+        listener(order.trial, store.accept(order.trial, order.work, ending.failure))
 
 
 def changed_part(trial: PlannedTrial) -> str | None:
@@ -86,13 +81,44 @@ def play(order: Order) -> None:
 
     Raises what `run_trial` raises, and InputError if it would not be the planned trial.
     """
-    problem, what = order.trial.problem, ""
-    if changed := changed_part(order.trial):
-        what = f"What is in the file of the {changed}"
-    elif problem_fingerprint(load_problem(order.problem)) != problem.digest:
-        what = f"The problem '{problem.name}', or an object of your own that is in it,"
-    if what:
+    problem, what = order.trial.problem, changed_part(order.trial)
+    if what is None and problem_fingerprint(load_problem(order.problem)) != problem.digest:
+        what = f"problem '{problem.name}', or an object of your own that is in it,"
+    if what is not None:
         raise InputError(
-            f"{what} has changed since this benchmark was begun. Begin another one (--out), or put the file back."
+            f"The {what} has changed since this benchmark was begun. Begin another one (--out), or put the file back."
         )
     run_trial(order.trial.spec(order.problem), order.work / TRIAL, overwrite=True, vlm_cache=order.vlm_cache)
+
+
+_PACE_S = 3600.0
+"""The remaining time follows from the pace of the last hour."""
+
+
+@contextmanager
+def shown(total: int) -> Iterator[Listener]:
+    """Provide a listener that shows progress on standard error while the context lasts."""
+    console, played, retrieved = Console(file=sys.stderr), Counter[str](), Counter[str]()
+    so_far = TextColumn("retrieved: {task.description}", markup=False)
+    columns = (MofNCompleteColumn(), BarColumn(24), TimeRemainingColumn(), so_far)
+    live = console.is_terminal
+    with Progress(*columns, console=console, disable=not live, speed_estimate_period=_PACE_S) as progress:
+        bar = progress.add_task("", total=total)
+
+        def listen(trial: PlannedTrial, result: TrialResult) -> None:
+            progress.advance(bar)
+            completed, label = result.completed, trial.planner.label
+            if completed:
+                verdict = "retrieved" if result.retrieved else f"not retrieved ({result.end})"
+                verdict += f", {result.picks} picks, {result.drops} dropped"
+                played[label] += 1
+                retrieved[label] += bool(result.retrieved)
+            else:
+                verdict = f"ERRORED: {result.error or result.status}"
+            if not (live and completed):
+                where = f"[{progress.tasks[bar].completed:.0f}/{total}] {label} on {trial.problem.name}"
+                console.out(f"{where}, seed {trial.seed}: {verdict}", highlight=False)
+            told = ", ".join(f"{label} {retrieved[label]}/{n}" for label, n in played.items())
+            progress.update(bar, description=told)
+
+        yield listen

@@ -49,8 +49,8 @@ _STORE_BYTES = 256 * 2**20
 class RayPool:
     """A `Backend` for tasks whose argument is an `Order`; made by `ray_pool`.
 
-    With 0 workers as many trials are played at once as there are CPUs. `there` gives, by field, the paths of
-    user-defined robot and workspace files on the other machines.
+    With 0 workers as many trials are played at once as there are CPUs. `there` holds the paths of user-defined robot
+    and workspace files on the other machines, by field.
     """
 
     def __init__(self, ray: ModuleType, limits: PoolConfig, there: Mapping[str, str]) -> None:
@@ -72,15 +72,13 @@ class RayPool:
                 (ref,), _ = self._ray.wait(list(running))
                 yield self._ending(running.pop(ref), ref)
         except self._ray.exceptions.RayError as error:
-            why = "The same command goes on when there is one again."
-            raise TorcError(f"The Ray cluster is lost: {error}. {why}") from error
+            text = f"The Ray cluster is lost: {error}. The same command goes on when there is one again."
+            raise TorcError(text) from error
 
     def facts(self) -> dict[str, Any]:
-        """Describe the cluster for the manifest."""
-        nodes = [n for n in self._ray.nodes() if n["Alive"]]
-        machines = sorted({n["NodeManagerHostname"] for n in nodes})
-        version = self._ray.__version__
-        return {"nodes": len(nodes), "machines": machines, "cpus": self._cpus(), "version": version}
+        nodes = [n["NodeManagerHostname"] for n in self._ray.nodes() if n["Alive"]]
+        facts = {"nodes": len(nodes), "machines": sorted(set(nodes)), "cpus": self._cpus()}
+        return facts | {"version": self._ray.__version__}
 
     def _cpus(self) -> int:
         return int(self._ray.cluster_resources().get("CPU", 0))
@@ -133,16 +131,15 @@ def ray_pool(
     with TemporaryDirectory() as own:
         there = _gather(spec, problems, Path(own))
         environment = {"working_dir": own, "env_vars": {ENVIRONMENT_VARIABLE: _OBJECTS}}
-        options: dict[str, Any] = {"runtime_env": environment, "log_to_driver": False}
-        options["logging_level"] = logging.ERROR
+        options: dict[str, Any] = {"log_to_driver": False, "logging_level": logging.ERROR}
         if address == "local":
             options |= {"num_cpus": limits.workers or os.cpu_count() or 1, "include_dashboard": False}
-            options["object_store_memory"] = _STORE_BYTES
+            options |= {"object_store_memory": _STORE_BYTES}
         try:
             if address not in ("local", "auto"):
                 host, _, port = address.rpartition(":")
                 socket.create_connection((host.strip("[]"), int(port)), _ANSWER_S).close()
-            ray.init(address=address, **options)
+            ray.init(address=address, runtime_env=environment, **options)
         except Exception as error:  # Ray raises plain ones, too
             raise InputError(
                 f"No Ray cluster can be used at '{address}' ({str(error).strip()}). --ray takes auto, local, or "

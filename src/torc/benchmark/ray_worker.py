@@ -28,15 +28,9 @@ def play_remotely(
 ) -> tuple[Any, dict[str, bytes]]:
     """Play an order here; return what the work returned or a Failure, and the files by their paths in its directory.
 
-    Args:
-        pickled: the work and its order: only the child process opens it.
-        log: path of the task's log.
-        limits: of the process.
-        wanted: `torc_facts` of the machine that sends the trial.
-        cache: directory for replies of a VLM; it must exist.
-
-    Raises:
-        InputError: this machine would play something else.
+    `pickled` is the work and its order, which only the child process opens, `log` the path of the task's log, `wanted`
+    the sender's `torc_facts`, `cache` a directory for a VLM's replies. Raises InputError if this machine would play
+    something else.
     """
     host, here = socket.gethostname(), torc_facts()
     differ = [f"{k} is {here.get(k, 'missing')}, not {v}" for k, v in wanted.items() if here.get(k) != v]

@@ -8,9 +8,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from torc.benchmark.rows import REAL, PickRow, Table, TrialRow, participant_by_name
+from torc.benchmark.rows import REAL, TRIALS_FILE, PickRow, Table, TrialRow, participant_by_name, read_rows
 from torc.benchmark.store import TRIALS, WORK, Store
-from torc.benchmark.table_files import TRIALS_FILE, read_rows
 from torc.episode.log import TrialResult
 from torc.episode.recorded import check_directory, picks_of, read_events, read_result, read_spec
 from torc.episode.versions import versions_text
@@ -56,36 +55,28 @@ def comparable(rows: Sequence[TrialRow]) -> tuple[tuple[TrialRow, ...], tuple[tu
     Those under the commonest conditions count (the first of two equally common ones), of each problem the version of
     the first row, and one trial per planner, problem and seed.
     """
-    played = [row for row in rows if _is_played(row)] or rows
+    played = [row for row in rows if row.played] or rows
     ((most, _),) = Counter(map(_conditions, played)).most_common(1)
     told = next(row.conditions for row in played if _conditions(row) == most) or "the defaults"
     problems: dict[str, TrialRow] = {}
     left_out: dict[Path, str] = {}
     alike = []
     for row in rows:
-        first = row
-        if _conditions(row) == most and row.digest:
-            first = problems.setdefault(row.problem, row)
-        if _conditions(row) != most:
-            here = row.conditions or "the defaults"
-            why = f"it was played with {here}, most others with {told}"
-        elif first.digest != row.digest:
-            why = f"its {row.problem} is not the one of {first.directory}: it has changed"
-        else:
+        here = _conditions(row) == most
+        first = problems.setdefault(row.problem, row) if here and row.digest else row
+        if here and first.digest == row.digest:
             alike.append(row)
-            continue
-        if _is_played(row):
-            left_out[row.directory] = why
+        elif here and row.played:
+            left_out[row.directory] = f"its {row.problem} is not the one of {first.directory}: it has changed"
+        elif row.played:
+            own = row.conditions or "the defaults"
+            left_out[row.directory] = f"it was played with {own}, most others with {told}"
     cells: dict[tuple[str, str, int], TrialRow] = {}
-    for row in sorted(alike, key=_is_played, reverse=True):
+    for row in sorted(alike, key=lambda row: row.played, reverse=True):
         first = cells.setdefault(row.cell, row)
-        if first is not row and _is_played(row):
+        if first is not row and row.played:
             left_out[row.directory] = f"same planner, problem and seed as {first.directory}"
     return tuple(cells[key] for key in sorted(cells)), tuple(left_out.items())
-
-
-def _is_played(row: TrialRow) -> bool:
-    return row.status != "missing"
 
 
 def _conditions(row: TrialRow) -> str:
@@ -147,19 +138,21 @@ def _row(directory: Path, spec: TrialSpec, result: TrialResult | None, **more: A
         "problem": spec.problem_name,
         "planner": planner.label,
         "seed": spec.seed,
-        "status": "missing" if result is None else result.status,
+        "status": "missing",
         "max_picks": spec.conditions.max_picks,
-        "version": versions_text({} if result is None else result.versions),
         "participant": participant and not planner.outside_view,
     }
-    if result is not None and (use := result.vlm_use) is not None:
+    if result is None:
+        return TrialRow(**facts | more)
+    facts |= {"status": result.status, "version": versions_text(result.versions)}
+    if (use := result.vlm_use) is not None:
         facts |= {"vlm_calls": use.calls, "vlm_cost": use.cost, "currency": use.currency[:_MAX_CURRENCY]}
         facts |= {"tokens_sent": use.tokens_sent, "tokens_written": use.tokens_written}
-    if result is not None and result.completed:
+    if result.completed:
         facts |= {name: getattr(result, name) for name in ("retrieved", "held_target", "picks", "drops")}
         facts |= {"end": result.end or "", "bound": result.bound, "absent": result.target_absent}
         facts["picked"] = tuple(_picks(directory / "events.jsonl", _problem(spec.problem)))
-    elif result is not None:
+    else:
         facts |= {"cause": result.cause, "error": result.error or ""}
     return TrialRow(**facts | more)
 

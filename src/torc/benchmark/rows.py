@@ -1,18 +1,43 @@
-"""Trials of bench, run and human as rows of a table: a row per trial, with its picks."""
+"""Trials of bench, run and human as rows of a table, and the table's files.
 
+The files, a CSV of trials and one of picks, are small enough to keep without the trials, and hold everything that a
+report counts. With pyarrow they are also written as Parquet.
+"""
+
+import csv
+import io
 import shlex
-from dataclasses import dataclass
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
+from typing import Annotated, Any, TypeVar
 
+from pydantic import AfterValidator, TypeAdapter
+
+from torc.errors import InputError
+from torc.io.reading import read_plain_text
 from torc.pipeline.planners import is_reference
 from torc.pipeline.state import EndReason
 from torc.records import PickResult
 from torc.specs.trial import SIMULATED
 
+TRIALS_FILE, PICKS_FILE = "trials.csv", "picks.csv"
+_KEY = ("planner", "problem", "seed")
+_MAY_BE_UNKNOWN = ("unseen_kind", "p", "vlm_calls", "tokens_sent", "tokens_written", "vlm_cost")
+_MAX_BYTES = 512 * 2**20
 REAL = "real"
 """Category of trials on a real robot."""
 _FOUND_ABSENT = (EndReason.GAVE_UP, EndReason.NOTHING_LEFT)
 _WENT_WELL = (PickResult.RETRIEVED, PickResult.REMOVED)
+_Row = TypeVar("_Row")
+
+
+def _below(directory: Path) -> Path:
+    """Refuse directories outside the table's own: tables may come from strangers."""
+    if directory.is_absolute() or ".." in directory.parts:
+        raise ValueError(f"The directory '{directory}' leads elsewhere")
+    return directory
 
 
 @dataclass(frozen=True)
@@ -31,7 +56,7 @@ class PickRow:
     """
 
     pick: int
-    result: str
+    result: Annotated[str, AfterValidator(PickResult)]
     object_id: int
     attempts: int
     decision_s: float
@@ -80,7 +105,7 @@ class TrialRow:
     """
 
     id: str
-    directory: Path
+    directory: Annotated[Path, AfterValidator(_below)]
     problem: str
     category: str
     planner: str
@@ -113,6 +138,11 @@ class TrialRow:
         return self.status == "completed"
 
     @property
+    def played(self) -> bool:
+        """False if the trial is planned, but not played yet."""
+        return self.status != "missing"
+
+    @property
     def real(self) -> bool:
         """True if it was played on a real robot."""
         return self.category == REAL
@@ -128,13 +158,15 @@ class TrialRow:
         return self.picks if self.solved else self.max_picks
 
     @property
+    def spent(self) -> tuple[int, int]:
+        return self.cost, self.drops
+
+    @property
     def cell(self) -> tuple[str, str, int]:
-        """Its place in the table."""
         return self.planner, self.problem, self.seed
 
     @property
     def title(self) -> str:
-        """What was played, in words."""
         return f"{self.planner} on {self.problem}, seed {self.seed}"
 
     @property
@@ -179,9 +211,7 @@ class Table:
     @property
     def view_command(self) -> str:
         """The command that shows the trials in a browser; "" if they share no directory but the root of the disk."""
-        if not self.has_place:
-            return ""
-        return f"torc view {shlex.quote(str(self.root))}"
+        return f"torc view {shlex.quote(str(self.root))}" if self.has_place else ""
 
     @property
     def conditions(self) -> str:
@@ -212,3 +242,80 @@ def participant_by_name(label: str) -> bool:
     name, _, model = label.partition("[")
     is_person = label.partition(" ")[0] == "human"
     return not (is_reference(name) or model.startswith(SIMULATED) or is_person)
+
+
+def trial_records(table: Table) -> list[dict[str, Any]]:
+    """Return a flat record per trial, with its sums of seconds and picks."""
+    plain = [f.name for f in fields(TrialRow) if f.name not in ("directory", "picked")]
+    records = []
+    for row in (*table.rows, *table.beside):
+        tried = [p for p in row.picked if p.grasp_tried]
+        sums = {
+            "cost": row.cost,
+            "decision_s": round(sum(p.decision_s for p in row.picked), 4),
+            "planning_s": round(sum(p.planning_s for p in row.picked), 4),
+            "grasps_tried": len(tried),
+            "grasps_held": sum(p.held for p in tried),
+            "grasps_delivered": sum(p.delivered for p in tried),
+            "directory": row.directory.relative_to(table.root).as_posix(),
+        }
+        records.append({name: getattr(row, name) for name in plain} | sums)
+    return records
+
+
+def pick_records(table: Table) -> list[dict[str, Any]]:
+    """Return a flat record per attempt of all completed trials."""
+    return [
+        {**{k: getattr(row, k) for k in _KEY}, **asdict(pick)}
+        for row in (*table.rows, *table.beside)
+        for pick in row.picked
+    ]
+
+
+def write_tables(table: Table, directory: Path) -> None:
+    """Write trials.csv and picks.csv, and both as Parquet if pyarrow is installed."""
+    for name, records in ((TRIALS_FILE, trial_records(table)), (PICKS_FILE, pick_records(table))):
+        if not records:
+            continue
+        path = directory / name
+        with open(path, "w", newline="", encoding="utf-8") as f:
+            writer = csv.DictWriter(f, fieldnames=list(records[0]))
+            writer.writeheader()
+            writer.writerows(records)
+        with suppress(ImportError):
+            import pyarrow as pa
+            from pyarrow import parquet
+
+            parquet.write_table(pa.Table.from_pylist(records), path.with_suffix(".parquet"))
+
+
+def read_rows(directory: Path) -> list[TrialRow]:
+    """Read what `write_tables` wrote.
+
+    Raises InputError naming the row: a file is too large or was not written by it.
+    """
+    picked: dict[tuple[str, ...], list[PickRow]] = {}
+    if (directory / PICKS_FILE).is_file():
+        for key, pick in _records(directory / PICKS_FILE, PickRow):
+            picked.setdefault(key, []).append(pick)
+    return [
+        replace(row, directory=directory / row.directory, picked=tuple(picked.get(key, ())))
+        for key, row in _records(directory / TRIALS_FILE, TrialRow)
+    ]
+
+
+def _records(path: Path, kind: type[_Row]) -> Iterator[tuple[tuple[str, ...], _Row]]:
+    """Yield the trial's key and the row, for each row."""
+    text = read_plain_text(path, _MAX_BYTES, "the table of a benchmark")
+    reader, adapter = csv.DictReader(io.StringIO(text, newline="")), TypeAdapter(kind)
+    try:
+        for record in reader:
+            # An empty cell is empty text, unless the value may be unknown.
+            values = {k: None if v == "" and k in _MAY_BE_UNKNOWN else v for k, v in record.items()}
+            if kind is TrialRow:
+                values.setdefault("participant", participant_by_name(record["planner"]))
+            yield tuple(record[name] for name in _KEY), adapter.validate_python(values)
+    except (csv.Error, KeyError, TypeError, ValueError) as error:
+        problem = " ".join(str(error).split()[:20])
+        where = f"{path}, line {reader.line_num}"
+        raise InputError(f"{where}: {problem}. It was not written by `torc report`.") from None

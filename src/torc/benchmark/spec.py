@@ -1,25 +1,38 @@
-"""The plan of a benchmark: every planner on every problem with every seed. On disk it is spec.json of a store."""
+"""The plan of a benchmark: every planner on every problem with every seed. On disk it is spec.json of a store.
+
+Everything is checked here before the first trial, so that faults are reported at once and stop nothing later.
+"""
 
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
+from itertools import product
 from typing import Any
 
 from torc.errors import InputError
-from torc.io.digests import file_fingerprint, fingerprint
+from torc.io.digests import file_fingerprint, fingerprint, part_source
 from torc.objects.library import find_stored, object_facts
-from torc.problems.problem import Problem
+from torc.pipeline.building import build_system, sources
+from torc.pipeline.planners import load_planner, make_spec_planner
+from torc.problems.problem import Problem, load_problem
+from torc.problems.sets import select_problems, shipped_path
+from torc.registry.context import parameters
+from torc.registry.kinds import TASK_PLANNERS
+from torc.registry.loading import blamed, is_shipped, part_paths
 from torc.registry.settings import Settings
 from torc.specs.conditions import Conditions
 from torc.specs.trial import PlannerSpec, TrialSpec, settings_text
 from torc.specs.variants import varied
+from torc.vlm.cache import CacheConfig
 from torc.vlm.config import DEFAULT_QUESTIONS, VlmConfig
 from torc.vlm.picture_config import PictureConfig
 from torc.vlm.simulated.profiles import find_profile
+from torc.vlm.simulated.situation import Situation
 
 ID_FORMAT = "torc-bench-trial/2"
 _OWN_OBJECT_FILES = ("object.yaml", "geometry.npz", "texture_*.png")
+_REMEDY = "Repair it, or leave it out."
 
 
 @dataclass(frozen=True)
@@ -39,11 +52,8 @@ class BenchProblem:
 class BenchPlanner:
     """A task planner of a benchmark, under the benchmark's conditions or a variant of them.
 
-    Attributes:
-        spec: the planner.
-        source: fingerprint of the file that defines it, for planners that do not come with torc; "" else.
-        variant: changes to the benchmark's conditions: values by field or by dotted path of a setting.
-        variant_sources: fingerprints of user-defined parts under that variant, by field.
+    `source` is the fingerprint of the file that defines it, "" if it comes with torc. `variant` holds changes to the
+    conditions, by field or dotted path of a setting, `variant_sources` fingerprints of user-defined parts under it.
     """
 
     spec: PlannerSpec
@@ -59,23 +69,19 @@ class BenchPlanner:
 
 @dataclass(frozen=True)
 class Around:
-    """The shared conditions of a store, which make its trials comparable; `sources`: fingerprints of user-defined
-    parts.
-    """
+    """The shared conditions of a store, which make its trials comparable, and user-defined parts' fingerprints."""
 
     conditions: Conditions = field(default_factory=Conditions)
     sources: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def facts(self) -> dict[str, Any]:
-        """The facts that decide results."""
         return self.conditions.facts(self.sources)
 
     def under(self, planner: BenchPlanner) -> "Around":
         """Return what applies to a planner, given its variant."""
-        if not planner.variant:
-            return self
-        return Around(varied(self.conditions, planner.variant), planner.variant_sources)
+        variant = planner.variant
+        return Around(varied(self.conditions, variant), planner.variant_sources) if variant else self
 
 
 @dataclass(frozen=True)
@@ -94,7 +100,6 @@ class PlannedTrial:
 
     @property
     def cell(self) -> tuple[str, str, int]:
-        """Its place in the table: planner, problem, seed."""
         return self.planner.label, self.problem.name, self.seed
 
     @property
@@ -146,9 +151,8 @@ def make_spec(
     labels = Counter(p.label for p in planners)
     if twice := [label for label, count in labels.items() if count > 1]:
         raise InputError(f"More than one planner is called {', '.join(twice)}. Give each its own `name`.")
-    trials = tuple(
-        planned(p, who, seed, around, version) for seed in seeds for p in problems for who in planners
-    )
+    every = product(seeds, problems, planners)
+    trials = tuple(planned(problem, who, seed, around, version) for seed, problem, who in every)
     if not trials:
         raise InputError("There is nothing to play: name at least one problem, planner and repeat.")
     return BenchSpec(around, trials)
@@ -212,8 +216,7 @@ def shard_of(spec: BenchSpec, shard: str) -> BenchSpec:
 
 
 def problem_fingerprint(problem: Problem) -> str:
-    """Return the fingerprint of what can change a trial: objects in their order, target, description. Not notes or
-    origin.
+    """Return the fingerprint of what can change a trial: objects in their order, target, description.
 
     torc's version covers models that come with it; user-defined models count with their files.
     """
@@ -253,3 +256,71 @@ def _own_object(name: str) -> list[str]:
         return []
     files = (file for pattern in _OWN_OBJECT_FILES for file in sorted(directory.glob(pattern)))
     return [file_fingerprint(file) for file in files if file.is_file()]
+
+
+def find_problems(selection: str) -> dict[BenchProblem, Problem]:
+    """Return the problems that a user selected, in order. Raises InputError, also if two have the same name."""
+    found: dict[BenchProblem, Problem] = {}
+    files: dict[str, str] = {}
+    for name in select_problems(selection):
+        problem = load_problem(name)
+        first = files.setdefault(problem.name, name)
+        if first != name:
+            raise InputError(
+                f"{first} and {name} are both called '{problem.name}', so their trials would be mixed up. Change "
+                "`name:` in one of the files, or leave it out; generated ones are called otherwise with another --seed."
+            )
+        shipped = shipped_path(name) is not None
+        found[BenchProblem(problem.name, problem.category, problem_fingerprint(problem), shipped)] = problem
+    return found
+
+
+def split_vlm(text: str) -> tuple[str, str | None]:
+    """Split "vlm-select:simulated:0.9" into a planner's name and the VLM that the user named behind it."""
+    name, colon, vlm = text.partition(":")
+    return (name, vlm) if colon and name in part_paths(TASK_PLANNERS) else (text, None)
+
+
+def find_around(conditions: Conditions) -> Around:
+    """Return the conditions with fingerprints of user-defined parts. Raises InputError if a part cannot be used."""
+    with blamed("The parts around the planners", InputError, _REMEDY):
+        build_system(conditions)
+        return Around(conditions, sources(conditions))
+
+
+def find_planner(spec: PlannerSpec, vlm_cache: CacheConfig | None, own_vlm: bool) -> BenchPlanner:
+    """Check a planner by making it once; the VLM is passed to it if it takes a `client`.
+
+    `own_vlm`: the VLM was named for this planner alone, so that it must ask one. Raises InputError: it is unknown, or
+    cannot be made (no key, missing options).
+    """
+    name = spec.name
+    with blamed(f"The planner '{name}'", InputError, _REMEDY):
+        maker = load_planner(name)
+        vlm = spec.vlm if "client" in parameters(maker) else None
+        if vlm is None and TASK_PLANNERS.traits(maker).asks_model:
+            raise InputError(
+                f"The planner '{name}' asks a model: name it with --vlm, e.g. --vlm gemini:MODEL."
+            )
+        if vlm is None and own_vlm:
+            raise InputError(f"The planner '{name}' asks no model: write '{name}' alone.")
+        spec = replace(spec, vlm=vlm)
+        truth = _not_asked if vlm is not None and vlm.simulated else None
+        make_spec_planner(spec, vlm_cache if vlm else None, truth)
+        return BenchPlanner(spec, "" if is_shipped(TASK_PLANNERS, name) else part_source(maker))
+
+
+def under_variants(
+    planners: Sequence[BenchPlanner], conditions: Conditions, variants: Sequence[Settings]
+) -> list[BenchPlanner]:
+    """Return every planner under every variant of the conditions; an empty one changes nothing. Raises InputError."""
+    found = []
+    for variant in variants:
+        own = find_around(varied(conditions, variant)).sources if variant else {}
+        found += [replace(p, variant=variant, variant_sources=own) for p in planners]
+    return found
+
+
+def _not_asked() -> Situation:
+    """Stand in for a trial's truth while a simulated VLM is only made."""
+    raise InputError("There is no trial yet to tell the truth of.")

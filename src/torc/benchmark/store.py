@@ -9,15 +9,20 @@ DIR/.work/              trials being played; a new runner empties it
 
 import json
 import os
+import platform
 import shutil
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+import subprocess
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import TypeAdapter
 
+import torc
 from torc.benchmark.local_pool import Failure
 from torc.benchmark.spec import Around, BenchPlanner, BenchProblem, BenchSpec, PlannedTrial, merged
 from torc.episode.log import RESULT_FORMAT, TrialResult
@@ -29,7 +34,8 @@ from torc.io.results import try_lock, write_json
 from torc.problems.problem import Problem, save_problem
 from torc.specs.spec_files import to_plain
 
-SPEC_FORMAT = "torc-bench/2"
+SPEC_FORMAT, _MANIFEST_FORMAT = "torc-bench/2", "torc-bench-manifest/1"
+_MANIFEST, _GIT_PATIENCE_S = "manifest.json", 10
 
 
 def to_json(spec: BenchSpec) -> dict[str, Any]:
@@ -51,35 +57,20 @@ def to_json(spec: BenchSpec) -> dict[str, Any]:
     return {"format": SPEC_FORMAT, **around, **parts, "trials": trials}
 
 
-def from_json(data: Mapping[str, Any], source: str) -> BenchSpec:
-    """Read a spec from plain data; `source` names it in errors. Raises InputError."""
-    found = data.get("format") if isinstance(data, Mapping) else None
-    if found != SPEC_FORMAT:
-        raise InputError(
-            f"{source} is of format {found!r}; this torc reads {SPEC_FORMAT!r}. A newer torc may have written it."
-        )
-    try:
-        around = _AROUND.validate_python({k: data[k] for k in ("conditions", "sources")})
-        problems = [BenchProblem(**p) for p in data["problems"]]
-        planners = [_PLANNER.validate_python(p) for p in data["planners"]]
-        trials = []
-        for t in data["trials"]:
-            planner = planners[t["planner"]]
-            trials.append(
-                PlannedTrial(
-                    problem=problems[t["problem"]],
-                    planner=planner,
-                    seed=int(t["seed"]),
-                    around=around.under(planner),
-                    version=str(t["torc"]),
-                    id=str(t["id"]),
-                )
-            )
-    except (KeyError, TypeError, ValueError, IndexError, ValidationError) as error:
-        raise InputError(
-            f"{source} is damaged ({type(error).__name__}: {error}). Use another --out."
-        ) from None
-    return BenchSpec(around, tuple(trials))
+def from_json(data: Any) -> BenchSpec:
+    """Read a spec from plain data. Raises what a wrong type, key or value raises."""
+    if data["format"] != SPEC_FORMAT:
+        raise ValueError(f"its format is {data['format']!r}; this torc reads {SPEC_FORMAT!r}")
+    around = _AROUND.validate_python({k: data[k] for k in ("conditions", "sources")})
+    problems = [BenchProblem(**p) for p in data["problems"]]
+    planners = [_PLANNER.validate_python(p) for p in data["planners"]]
+
+    def trial(entry: Mapping[str, Any]) -> PlannedTrial:
+        problem, planner = problems[entry["problem"]], planners[entry["planner"]]
+        facts = int(entry["seed"]), around.under(planner), str(entry["torc"]), str(entry["id"])
+        return PlannedTrial(problem, planner, *facts)
+
+    return BenchSpec(around, tuple(map(trial, data["trials"])))
 
 
 _AROUND = TypeAdapter(Around)
@@ -87,8 +78,7 @@ _PLANNER = TypeAdapter(BenchPlanner)
 
 
 def _index(entries: list[dict[str, Any]], entry: dict[str, Any]) -> int:
-    if entry not in entries:
-        entries.append(entry)
+    entries += [] if entry in entries else [entry]
     return entries.index(entry)
 
 
@@ -115,11 +105,11 @@ class Store:
         """Return the trials that belong to the benchmark. Raises InputError."""
         path = self.root / SPEC
         try:
-            return from_json(json.loads(read_text(path)), str(path))
-        except OSError as error:
-            raise InputError(f"{path} cannot be read: {error.strerror}.") from None
-        except ValueError as error:
-            raise InputError(f"{path} is damaged: {error}. Use another --out.") from None
+            return from_json(json.loads(read_text(path)))
+        except (OSError, ArithmeticError, LookupError, TypeError, ValueError) as error:
+            raise InputError(
+                f"{path} is damaged, or a newer torc wrote it ({type(error).__name__}: {error}). Use another --out."
+            ) from None
 
     def extended(self, spec: BenchSpec) -> BenchSpec:
         """Return the benchmark with these trials, not written yet. Raises InputError if they cannot be compared."""
@@ -159,7 +149,6 @@ class Store:
                 shutil.rmtree(self.root / WORK, ignore_errors=True)
 
     def directory(self, trial: PlannedTrial) -> Path:
-        """Return where a trial is, or will be."""
         return self.root / TRIALS / trial.directory_name
 
     def problem_path(self, problem: BenchProblem) -> str:
@@ -168,15 +157,13 @@ class Store:
 
     def result(self, trial: PlannedTrial) -> TrialResult | None:
         """Return the result of a trial; None if it has not been played, or cannot be read."""
-        try:
+        with suppress(InputError):
             return read_result(self.directory(trial) / "result.json")
-        except InputError:
-            return None
+        return None
 
     def left(self, spec: BenchSpec) -> list[PlannedTrial]:
         """Return the trials that are missing or errored."""
-        results = ((t, self.result(t)) for t in spec.trials)
-        return [t for t, result in results if result is None or not result.completed]
+        return [t for t in spec.trials if (result := self.result(t)) is None or not result.completed]
 
     def work(self, trial: PlannedTrial) -> Path:
         """Return this runner's directory to play a trial in: leftovers of a killed runner cannot interfere."""
@@ -188,9 +175,10 @@ class Store:
         `failure` says why the process gave no answer; None if it gave one.
         """
         output = work / OUTPUT
-        done = work / TRIAL if failure is None else self._as_errored(trial, work, failure)
-        if output.is_file() and output.stat().st_size:
-            (done / OUTPUT).write_bytes(output.read_bytes()[-MAX_SAID:])
+        said = output.read_bytes()[-MAX_SAID:] if output.is_file() else b""
+        done = work / TRIAL if failure is None else self._as_errored(trial, work, failure, said)
+        if said:
+            (done / OUTPUT).write_bytes(said)
         place = self.directory(trial)
         if place.exists():  # errored before; without it, it is missing, and played again
             shutil.rmtree(place)
@@ -198,23 +186,75 @@ class Store:
         shutil.rmtree(work, ignore_errors=True)
         return read_result(place / "result.json")
 
-    def _as_errored(self, trial: PlannedTrial, work: Path, failure: Failure) -> Path:
-        """Turn what a process left behind into an errored trial."""
+    def _as_errored(self, trial: PlannedTrial, work: Path, failure: Failure, said: bytes) -> Path:
+        """Turn what a process left behind, and what it printed, into an errored trial."""
         left = work / TRIAL if (work / TRIAL).is_dir() else work / f"{TRIAL}.partial"
         left.mkdir(parents=True, exist_ok=True)
         if not (left / "spec.json").is_file():
-            write_json(
-                left / "spec.json", to_plain(trial.spec(self.problem_path(trial.problem)), trial.sources)
-            )
-        output = work / OUTPUT
-        said = output.read_text(encoding="utf-8", errors="replace")[-MAX_SAID:] if output.is_file() else ""
-        (left / "error.txt").write_text(f"{failure.kind}: {failure.text}\n\n{said}", encoding="utf-8")
+            spec = trial.spec(self.problem_path(trial.problem))
+            write_json(left / "spec.json", to_plain(spec, trial.sources))
+        log = f"{failure.kind}: {failure.text}\n\n{said.decode('utf-8', 'replace')}"
+        (left / "error.txt").write_text(log, encoding="utf-8")
+        cause, text = failure.kind.value, failure.text
         result = TrialResult(
-            format=RESULT_FORMAT,
-            status="errored",
-            cause=failure.kind.value,
-            error=failure.text,
-            versions=versions(),
+            format=RESULT_FORMAT, status="errored", cause=cause, error=text, versions=versions()
         )
         write_json(left / "result.json", result.plain)
         return left
+
+
+def begin_call(root: Path, **facts: Any) -> None:
+    """Record that a call of `torc bench` begins: its versions, commit and machine."""
+    call = {
+        "started": _now(),
+        "command": ["torc", *sys.argv[1:]],
+        "commit": _commit(Path(torc.__file__).parent),
+        "versions": versions(),
+        "machine": _machine(),
+    }
+    write_calls(root, [*calls(root), call | facts])
+
+
+def end_call(root: Path, **facts: Any) -> None:
+    *before, last = calls(root)
+    write_calls(root, [*before, last | {"ended": _now()} | facts])
+
+
+def write_calls(root: Path, calls: Sequence[Mapping[str, Any]]) -> None:
+    write_json(root / _MANIFEST, {"format": _MANIFEST_FORMAT, "calls": calls})
+
+
+def calls(root: Path) -> list[dict[str, Any]]:
+    """Return the recorded calls; none without a manifest. Raises InputError."""
+    path = root / _MANIFEST
+    try:
+        return list(json.loads(read_text(path))["calls"]) if path.is_file() else []
+    except (ValueError, KeyError, TypeError) as error:
+        raise InputError(f"{path} is damaged: {error}. Use another --out.") from None
+
+
+def _commit(directory: Path) -> dict[str, Any] | None:
+    """Return the commit of a directory's checkout, and whether files differ from it; None without a checkout."""
+
+    def git(*arguments: str) -> str:
+        command = ["git", "-C", str(directory), *arguments]
+        done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=_GIT_PATIENCE_S)
+        return done.stdout.strip()
+
+    try:
+        changed = git("status", "--porcelain", "--untracked-files=no", "--", ".")
+        return {"id": git("rev-parse", "HEAD"), "changed": bool(changed)}
+    except (OSError, subprocess.SubprocessError):
+        return None
+
+
+def _machine() -> dict[str, Any]:
+    processor = platform.machine()
+    if (cpuinfo := Path("/proc/cpuinfo")).is_file():
+        lines = cpuinfo.read_text(encoding="utf-8", errors="replace").splitlines()
+        processor = next((s.split(":", 1)[1].strip() for s in lines if s.startswith("model name")), processor)
+    return {"processor": processor, "cores": os.cpu_count(), "system": platform.platform()}
+
+
+def _now() -> str:
+    return datetime.now(UTC).isoformat(timespec="seconds")

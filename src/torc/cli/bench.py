@@ -140,8 +140,7 @@ class BenchCommand:
     def _plan(self) -> tuple[BenchSpec, dict[str, Problem]]:
         """Return the trials that the options describe, and the problems by name."""
         import torc
-        from torc.benchmark.preflight import find_around, find_problems, under_variants
-        from torc.benchmark.spec import make_spec, shard_of
+        from torc.benchmark.spec import find_around, find_problems, make_spec, shard_of, under_variants
         from torc.problems.problem import robot_hint
         from torc.robots.loading import load_robot
         from torc.specs.variants import variants
@@ -163,9 +162,8 @@ class BenchCommand:
         return planners_of(of_file or [(name, {}) for name in split_names(self.planners)], self.vlm)
 
     def _play(self, store: Store, spec: BenchSpec, problems: dict[str, Problem]) -> int:
-        from torc.benchmark.manifest import begin_call, calls, end_call
-        from torc.benchmark.playing import run_missing
-        from torc.benchmark.progress import shown
+        from torc.benchmark.playing import run_missing, shown
+        from torc.benchmark.store import begin_call, calls, end_call
         from torc.episode.versions import differing, versions, versions_text
         from torc.pipeline.warm_up import MESSAGE, kernel_cache
 

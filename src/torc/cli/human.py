@@ -58,9 +58,8 @@ class HumanCommand:
         from torc.problems.sets import select_problems
         from torc.web.app import Site
         from torc.web.frames import FrameBoard
-        from torc.web.human_queue import make_queue
         from torc.web.session import Session
-        from torc.web.shelf import Shelf
+        from torc.web.shelf import Shelf, make_queue
 
         problems, experts = select_problems(",".join(self.problems)), split_names(self.experts)
         for problem in problems:
@@ -92,8 +91,8 @@ class HumanCommand:
 
     def _play(self, spec: "TrialSpec", out: Path, session: "Session", board: "FrameBoard | None") -> "Trial":
         from torc.episode.trial import Recording, run_trial
-        from torc.web.expert import HumanPlanner, SessionListener
         from torc.web.frames import RobotCamera
+        from torc.web.session import HumanPlanner
 
         session.publish(message="Preparing the simulation")
         with nullcontext() if board is None else RobotCamera(board) as camera:
@@ -101,7 +100,7 @@ class HumanCommand:
                 spec,
                 out,
                 planner=HumanPlanner(session, spec.planner.expert),
-                listeners=[SessionListener(session)],
+                listeners=[session.show],
                 recording=Recording(self.video, observers=() if camera is None else (camera.observe,)),
                 overwrite=True,
                 say=lambda text: session.publish(message=text),

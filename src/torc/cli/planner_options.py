@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 def planners_of(given: Sequence[tuple[str, dict[str, Any]]], vlm: VlmOptions) -> list[BenchPlanner]:
     """Return planners by name and settings, each with the VLM named behind it, or that of --vlm. Raises InputError."""
-    from torc.benchmark.preflight import find_planner, split_vlm
+    from torc.benchmark.spec import find_planner, split_vlm
     from torc.specs.trial import PlannerSpec
 
     named = [(*split_vlm(text), settings) for text, settings in given]

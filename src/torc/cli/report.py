@@ -41,8 +41,7 @@ class ReportCommand:
         """Write the report and return the exit code."""
         import webbrowser
 
-        from torc.benchmark.report.writing import write_report
-        from torc.benchmark.tracking import track
+        from torc.benchmark.report.writing import track, write_report
         from torc.episode.viewer_links import REPORT
 
         if self.gallery < 0:
@@ -60,8 +59,8 @@ class ReportCommand:
             for line in (report.summary["answer"], *report.summary["warnings"]):
                 print(printable(line))
             print(printable(f"The report: {report.page}"))
-            if report.view.advice:
-                print(printable(report.view.advice))
+            if report.advice:
+                print(printable(report.advice))
         if self.open:
             webbrowser.open(report.page.resolve().as_uri())
         return 0

@@ -61,7 +61,7 @@ class RunCommand:
         from torc.web.shelf import Shelf
 
         shelf = Shelf(out.parent, only=out.name)
-        with served_page(Site(shelf, shelf), PageOptions(port=0), trial_key(out.name)):
+        with served_page(Site(shelf), PageOptions(port=0), trial_key(out.name)):
             code = self._play(spec, out)
             with suppress(KeyboardInterrupt):
                 threading.Event().wait()

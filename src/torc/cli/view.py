@@ -29,7 +29,7 @@ class ViewCommand:
 
         shelf = open_shelf(self.directory)
         try:
-            with served_page(Site(shelf, shelf), self.page):
+            with served_page(Site(shelf), self.page):
                 threading.Event().wait()
         except KeyboardInterrupt:
             print()

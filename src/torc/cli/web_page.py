@@ -48,8 +48,7 @@ def served_page(site: "Site", options: PageOptions, key: str = "") -> Iterator[N
 @contextmanager
 def served_app(make: Callable[[str | None, int], Any], options: PageOptions, key: str = "") -> Iterator[None]:
     """Serve any application (a Starlette), made from a token, or None, and a port, during the block."""
-    from torc.web.access import token_for
-    from torc.web.serving import address, listen, serving_app
+    from torc.web.serving import address, listen, serving_app, token_for
 
     host, token = options.host, token_for(options.host)
     sock = listen(host, options.port)

@@ -11,8 +11,7 @@ from typing import Any, Literal
 
 import torc
 from torc.errors import InputError, UnknownNameError
-from torc.exports.examples import Row, finetuning_rows, preference_rows, write_rows
-from torc.exports.selection import EXPERTS, Source, select_trials
+from torc.exports.examples import EXPERTS, Source, finetuning_rows, preference_rows, select_trials, write_rows
 from torc.io.numbers import take_numbers
 from torc.io.results import check_place, claim, write_json
 
@@ -22,17 +21,11 @@ FACTS = "export.json"
 
 @dataclass(frozen=True)
 class ExportSpec:
-    """The request for an export.
+    """The request for an export. Raises InputError if it makes no sense.
 
-    Attributes:
-        format: the kind of data.
-        every: also take trials that did not retrieve the target, and picks that brought nothing out.
-        test_share: share of the problems in the test split.
-        planners: whose trials count. If empty all do, but for sft only experts', if there are any and not `every`: a
-            bad teacher retrieves the target, too, with more picks.
-
-    Raises:
-        InputError: the share is invalid, or planners are named for pairs, which need experts and others.
+    `every` also takes trials that did not retrieve the target, and picks that brought nothing out; `test_share` is the
+    share of the problems in the test split. Without `planners` the trials of all count, but for sft only experts', if
+    there are any and not `every`: a bad teacher retrieves the target, too, with more picks.
     """
 
     format: Format
@@ -49,46 +42,27 @@ class ExportSpec:
 
 
 def export_trials(root: Path, out: Path, spec: ExportSpec, overwrite: bool = False) -> dict[str, Any]:
-    """Write the trials below `root` to `out` as data; return a summary, as in export.json.
+    """Write the trials below `root` to the directory `out` as data; return a summary, as in export.json.
 
-    Args:
-        root: a trial, or a directory with trials anywhere in it.
-        out: the directory to make.
-        spec: the request.
-        overwrite: replace an earlier export in `out`.
-
-    Raises:
-        InputError: there is nothing to export, a trial cannot be read, or `out` cannot be written.
+    Raises InputError: there is nothing to export, a trial cannot be read, or `out` cannot be written.
     """
     with _new_directory(out, overwrite) as directory:
         # A rejected choice is mostly in a trial that failed, so pairs consider all of them.
         sources = _chosen(list(select_trials(root, spec.every or spec.format == "pairs")), spec)
         if spec.format == "lerobot":
-            from torc.exports.lerobot import has_motion, write_lerobot  # its library is an extra's
+            from torc.exports.lerobot import write_lerobot  # its library is an extra's
 
-            used = {source.key: source for source in sources if has_motion(source)}
-            counts = write_lerobot(directory, used.values(), spec.test_share)
+            counts, used = write_lerobot(directory, sources, spec.test_share)
         else:
-            used = {}
-            rows = (
-                finetuning_rows(sources, spec.every, spec.test_share)
-                if spec.format == "sft"
-                else preference_rows(sources, spec.test_share)
-            )
-            counts = write_rows(directory, _noting(rows, used))
+            sft = spec.format == "sft"
+            rows = finetuning_rows(sources, spec.every) if sft else preference_rows(sources)
+            counts, used = write_rows(directory, rows, spec.test_share)
         if not sum(counts.values()):
             raise InputError(f"Nothing in '{root}' can be exported. {_NOTHING[spec.format]}")
-        trials = dict(sorted(Counter(source.planner for source in used.values()).items()))
+        trials = dict(sorted(Counter(source.planner for source in used).items()))
         facts = {"torc": torc.__version__, **asdict(spec), "examples": counts, "trials": trials}
         write_json(directory / FACTS, facts)
     return facts
-
-
-def _noting(rows: Iterator[Row], used: dict[str, Source]) -> Iterator[Row]:
-    """Yield the rows, and add the trials that they were made from to `used`."""
-    for row in rows:
-        used.update({source.key: source for source in row.sources})
-        yield row
 
 
 @contextmanager

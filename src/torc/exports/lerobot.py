@@ -18,7 +18,7 @@ from jaxtyping import Float64
 
 from torc.episode.trajectory import CAMERA, TRAJECTORY, RecordedMotion, load_motion
 from torc.errors import InputError, MissingDependencyError, extra_remedy
-from torc.exports.selection import SPLITS, Source, split_of
+from torc.exports.examples import SPLITS, Counts, Source, split_of
 from torc.io.results import write_json
 
 try:
@@ -51,16 +51,19 @@ class _Episode:
     size: tuple[int, int]
 
 
-def write_lerobot(directory: Path, sources: Iterable[Source], test_share: float) -> dict[str, int]:
-    """Write the dataset of those trials that have a trajectory, the train split first; return episodes per split.
+def write_lerobot(
+    directory: Path, sources: Iterable[Source], test_share: float
+) -> tuple[Counts, list[Source]]:
+    """Write the dataset of those trials that have a trajectory, the train split first.
 
-    Raises InputError: a trajectory or video is damaged, or the trials are of different robots.
+    Returns the episodes of each split, and the trials used. Raises InputError: a trajectory or video is damaged, or the
+    trials are of different robots.
     """
-    found = [e for source in sources if (e := _episode(source, test_share)) is not None]
+    found = [_episode(source, test_share) for source in sources if _has_motion(source)]
     episodes = sorted(found, key=lambda e: SPLITS.index(e.split))
     counts = {split: sum(e.split == split for e in episodes) for split in SPLITS}
     if not episodes:
-        return counts
+        return counts, []
     if len({(e.motion.robot, e.motion.joint_names, e.size) for e in episodes}) > 1:
         raise InputError("The trials are of different robots or cameras: export them one after another.")
     tasks = sorted({e.task for e in episodes})
@@ -69,7 +72,7 @@ def write_lerobot(directory: Path, sources: Iterable[Source], test_share: float)
         first = lines[-1]["dataset_to_index"] if lines else 0
         lines.append(_write_episode(directory, episode, index, first, tasks))
     _write_meta(directory, episodes, lines, tasks, counts)
-    return counts
+    return counts, [e.source for e in episodes]
 
 
 def _features(motion: RecordedMotion) -> dict[str, np.ndarray]:
@@ -86,17 +89,14 @@ def _features(motion: RecordedMotion) -> dict[str, np.ndarray]:
     }
 
 
-def has_motion(source: Source) -> bool:
-    """True if the trial was recorded with its trajectory, so that it gives an episode."""
+def _has_motion(source: Source) -> bool:
     path = source.trial.directory / TRAJECTORY
     return path.is_file() and not path.is_symlink()
 
 
-def _episode(source: Source, test_share: float) -> _Episode | None:
+def _episode(source: Source, test_share: float) -> _Episode:
     directory = source.trial.directory
     path, video = directory / TRAJECTORY, directory / CAMERA
-    if not has_motion(source):
-        return None
     motion = load_motion(path)
     if not video.is_file() or video.is_symlink():
         raise InputError(f"'{directory}' has a trajectory but no {CAMERA}. Play the trial again.")
@@ -171,13 +171,9 @@ def _write_meta(
         {"name": name, "field_name": name, "pandas_type": kind, "numpy_type": numpy_type, "metadata": None}
         for name, kind, numpy_type in (("task_index", "int64", "int64"), ("task", "unicode", "object"))
     ]
-    described = {
-        "index_columns": ["task"],
-        "column_indexes": [],
-        "columns": columns,
-        "pandas_version": "2.2.0",
-    }
-    pq.write_table(table.replace_schema_metadata({"pandas": json.dumps(described)}), meta / "tasks.parquet")
+    described = {"index_columns": ["task"], "column_indexes": [], "columns": columns}
+    pandas = json.dumps(described | {"pandas_version": "2.2.0"})
+    pq.write_table(table.replace_schema_metadata({"pandas": pandas}), meta / "tasks.parquet")
     write_json(meta / "stats.json", _statistics(episodes))
     last, motion, size = counts["train"], episodes[0].motion, episodes[0].size
     spans = {"train": f"0:{last}", "test": f"{last}:{len(episodes)}"}

@@ -1,16 +1,18 @@
-"""Watch the robot: small pictures from outside while it works, for pages that are open."""
+"""Pictures for pages that are open, such as the robot from outside while it works, and the arrays of a pick."""
 
 import json
 import struct
 import time
+from collections.abc import Mapping
 from dataclasses import replace
+from types import MappingProxyType
 
-import cv2
 import numpy as np
 from jaxtyping import UInt8
 
 from torc.episode import video
 from torc.episode.pick_view import POINT_UNIT_M, PickView
+from torc.io.pictures import jpeg_bytes
 from torc.sim.closing import Closing
 from torc.sim.rendering import CameraRenderer
 from torc.sim.simulated_world import World
@@ -22,23 +24,30 @@ MIN_INTERVAL_S = 0.04
 """Least wall time between two frames, so that a fast machine does not show a blur: about three times real speed."""
 WATCHED_FOR_S = 3.0
 _JPEG_QUALITY = 80
+_ALIGN = 8
 
 
 class FrameBoard:
-    """The latest picture. Pages read it; the simulation replaces it while a page watches."""
+    """The latest picture, with facts by name. Pages read it; one thread replaces it while a page watches.
 
-    def __init__(self) -> None:
-        self._latest = 0, b""
+    `task` is a fact of all pictures: what the page shows, if it is not only a camera.
+    """
+
+    def __init__(self, task: str = "") -> None:
+        self._task = {"task": task} if task else {}
+        # Replaced as a whole, so that readers need no lock.
+        self._latest: tuple[int, bytes, dict[str, str]] = 0, b"", {}
         self._watched_at = -WATCHED_FOR_S
 
-    def put(self, jpeg: bytes) -> None:
-        """Store the next picture."""
-        self._latest = self._latest[0] + 1, jpeg
+    def put(self, jpeg: bytes, facts: Mapping[str, str] = MappingProxyType({})) -> None:
+        self._latest = self._latest[0] + 1, jpeg, {**facts, **self._task}
 
-    def watch(self) -> tuple[int, bytes]:
-        """Return number and content of the latest picture (0 and nothing before the first), and record that it is
-        watched.
-        """
+    def trouble(self, text: str) -> None:
+        """Say why there is no next picture; the last one stays."""
+        self.put(self._latest[1], {"trouble": text})
+
+    def watch(self) -> tuple[int, bytes, dict[str, str]]:
+        """Return number (0 before the first), content and facts of the latest picture, which is now watched."""
         self._watched_at = time.monotonic()
         return self._latest
 
@@ -70,19 +79,13 @@ class RobotCamera(Closing):
         self._drawn_at = time.monotonic()
 
     def close(self) -> None:
-        """Free the renderer."""
         if self._renderer is not None:
             self._renderer.close()
             self._renderer = None
 
 
 def jpeg(rgb: UInt8[np.ndarray, "h w 3"]) -> bytes:
-    """Return a picture as JPEG."""
-    bgr = cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR)
-    return cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])[1].tobytes()
-
-
-_ALIGN = 8
+    return jpeg_bytes(rgb, _JPEG_QUALITY)
 
 
 def pack_view(view: PickView) -> bytes:

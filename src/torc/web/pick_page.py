@@ -1,6 +1,7 @@
 """Trials and picks as plain data for the page, whether a trial is being played or was recorded."""
 
 from collections.abc import Collection, Mapping
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -50,8 +51,10 @@ def pick_page(trial: RecordedTrial, number: int) -> dict[str, Any]:
     pick, view = trial.pick(number), trial.view(number)
     over, decided = trial.result is not None, pick.decided
     evidence = decided.evidence if decided else Evidence()
-    own = evidence.graph is not None
-    graph = evidence.graph if own else _graph_of(view)
+    graph, own = evidence.graph, evidence.graph is not None
+    if graph is None and view is not None:
+        with suppress(InputError):  # it cannot be read
+            graph = DependencyGraph.from_dict(view.graph)
     graphs = None if graph is None else _graphs(graph, evidence.probabilities)
     plain = trial.has_plain_picture(number)
     return {
@@ -128,16 +131,7 @@ def why_not(o: ObjectView | None) -> str:
 
 
 def _box(place: tuple[slice, slice] | None) -> list[int] | None:
-    """Return left, top, right, bottom."""
     return [place[1].start, place[0].start, place[1].stop - 1, place[0].stop - 1] if place else None
-
-
-def _graph_of(view: PickView | None) -> DependencyGraph | None:
-    """Return the graph by geometry; None if it was not recorded, or cannot be read."""
-    try:
-        return None if view is None else DependencyGraph.from_dict(view.graph)
-    except InputError:
-        return None
 
 
 def _graphs(graph: DependencyGraph, probabilities: Mapping[int, float]) -> dict[str, Any] | None:
@@ -150,10 +144,9 @@ def _graphs(graph: DependencyGraph, probabilities: Mapping[int, float]) -> dict[
 
 def _what_the_target_waits_for(graph: DependencyGraph) -> DependencyGraph:
     """Return the part of a graph with the target and everything that has to go before it, directly or not."""
-    found, ends = {graph.target}, [graph.target]
-    while ends:
-        new = {e.target for e in graph.edges if e.source in ends} - found
-        found, ends = found | new, list(new)
+    found = [graph.target]
+    for node in found:  # which grows
+        found += {e.target for e in graph.out_edges(node)}.difference(found)
     nodes = tuple(n for n in graph.nodes if n.id in found)
     return DependencyGraph(nodes, tuple(e for e in graph.edges if e.source in found), graph.target)
 
@@ -180,7 +173,6 @@ def _drawn_graph(graph: DependencyGraph, probabilities: Mapping[int, float]) -> 
 
 
 def _hex_color(object_id: int) -> str:
-    """Return the colour of an object in the marked image."""
     return "#{:02x}{:02x}{:02x}".format(*object_color(object_id))
 
 

@@ -1,4 +1,4 @@
-"""The link between the trial, which waits for a person, and the pages, of which there may be any number.
+"""HUMAN, and its link to the pages: a trial waits for a person, and there may be any number of pages.
 
 One thread plays trials and asks; the server's threads read the state and answer. The state is one small record that is
 replaced as a whole: a reader at any moment, however late, can show where things stand.
@@ -9,15 +9,20 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Annotated, Any
 
+import numpy as np
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass as checked_dataclass
 
+from torc.episode.events import Decided, Event, Executed, Looked, Planned, Started
 from torc.errors import InputError
+from torc.records import Decision, Evidence, Exchange, PickPlan, PlanningContext
+from torc.registry.kinds import TaskPlannerTraits
+
+NAME = "human"
+_ASKED = "Which object should the robot pick next?"
 
 
 class Phase(StrEnum):
-    """The phases of a session."""
-
     READY = "ready"
     """Waiting for a page to start a trial."""
     PREPARING = "preparing"
@@ -32,17 +37,10 @@ class Phase(StrEnum):
 
 @dataclass(frozen=True)
 class SessionState:
-    """The state of a session.
+    """The state of a session; `version` rises with every change.
 
-    Attributes:
-        version: rises with every change.
-        phase: the present phase.
-        trial: key of the trial being played, or of the one that was played last.
-        pick: number of the pick.
-        allowed: ids that may be chosen while phase is CHOOSING.
-        chosen: id that was chosen in this pick.
-        message: a line for people.
-        waiting: keys of the trials that may be started.
+    `trial` is the key of the trial that is or was last played, `allowed` are the ids that may be chosen while phase is
+    CHOOSING, `chosen` the one of this pick, `message` a line for people, `waiting` keys of trials that may be started.
     """
 
     version: int = 0
@@ -57,14 +55,9 @@ class SessionState:
 
 @checked_dataclass(frozen=True, config=ConfigDict(extra="forbid", strict=True))
 class Choice:
-    """An answer of the expert.
+    """An answer of the expert to the question of that trial and pick; `note` says why, in the expert's words.
 
-    Attributes:
-        trial, pick: which question it answers.
-        object_id: what to pick; None to let the pick pass, or with give_up.
-        give_up: end the trial.
-        is_target: the expert takes the object for the target.
-        note: why, in the expert's words; may be empty.
+    `object_id` is None to let the pick pass, or with `give_up`; `is_target`: the expert takes it for the target.
     """
 
     trial: str
@@ -80,22 +73,33 @@ class RefusedError(InputError):
 
 
 class Session:
-    """Holds the state, and passes questions and answers between the trial and the pages."""
+    """Holds the present `state`, and passes questions and answers between the trial and the pages."""
 
     def __init__(self) -> None:
         self._changed = threading.Condition()
-        self._state = SessionState()
+        self.state = SessionState()
         self._answer: Any = None
-
-    @property
-    def state(self) -> SessionState:
-        """The present state."""
-        return self._state
 
     def publish(self, **changes: Any) -> None:
         """Replace parts of the state and notify the pages."""
         with self._changed:
             self._set(**changes)
+
+    def show(self, event: Event) -> None:
+        """Show an event of the trial on the pages."""
+        publish = self.publish
+        match event:
+            case Started():
+                publish(phase=Phase.LOOKING, message="Looking")
+            case Looked():
+                publish(phase=Phase.LOOKING, pick=event.pick, message="")
+            case Decided():
+                publish(phase=Phase.PLANNING)
+            case Planned(plan=PickPlan() as plan):
+                publish(phase=Phase.EXECUTING, message=f"The robot picks object {plan.object_id}")
+            case Executed():
+                felt = event.outcome.as_felt.result.value
+                publish(phase=Phase.LOOKING, message=f"Pick {event.pick + 1}: {felt}")
 
     def ask_object(self, pick: int, allowed: tuple[int, ...]) -> Choice:
         """Wait for the expert's choice. Called by the thread that plays."""
@@ -116,9 +120,9 @@ class Session:
     def start(self, key: str) -> None:
         """Answer `ask_start`. Raises RefusedError: a trial is being played, or this one does not wait."""
         with self._changed:
-            if self._state.phase is not Phase.READY:
+            if self.state.phase is not Phase.READY:
                 raise RefusedError("A trial is being played; another one can be started when it is over.")
-            if key not in self._state.waiting:
+            if key not in self.state.waiting:
                 raise RefusedError("This trial is not in the queue any more.")
             self._set(phase=Phase.PREPARING, trial=key, pick=0, chosen=None, waiting=())
             self._answer = key
@@ -133,7 +137,7 @@ class Session:
             return self._answer
 
     def _check(self, choice: Choice) -> None:
-        state, chosen = self._state, choice.object_id
+        state, chosen = self.state, choice.object_id
         if choice.trial != state.trial:
             raise RefusedError("That choice is for another trial. Reload the page to see the present one.")
         if choice.pick != state.pick:
@@ -148,5 +152,37 @@ class Session:
         raise RefusedError(f"{what}; these can: {graspable}.")
 
     def _set(self, **changes: Any) -> None:
-        self._state = replace(self._state, version=self._state.version + 1, **changes)
+        self.state = replace(self.state, version=self.state.version + 1, **changes)
         self._changed.notify_all()
+
+
+class HumanPlanner(TaskPlannerTraits):
+    """Asks the person at the page, and waits. The page offers only what a planner may name, so it asks once."""
+
+    name = NAME
+
+    def __init__(self, session: Session | None = None, expert: str = "") -> None:
+        """Take the session, and the person's name, kept with each decision. Raises InputError without a session."""
+        if session is None:
+            raise InputError("A person chooses at a page in the browser: `torc human PROBLEM` opens it.")
+        self._session, self._expert = session, expert
+
+    def decide(self, context: PlanningContext, rng: np.random.Generator) -> Decision:
+        """Return the person's choice. Draws nothing from rng."""
+        choice = self._session.ask_object(len(context.history), context.report.graspable_ids)
+        chosen, is_target = choice.object_id, choice.is_target and choice.object_id is not None
+        reply, reason = str(chosen), f"The expert chose object {chosen}."
+        if choice.give_up:
+            reply, reason = "give up", "The expert gave up."
+        elif chosen is None:
+            reply, reason = "none", "The expert let this pick pass: nothing can be grasped."
+        elif is_target:
+            reply, reason = f"{chosen}, the target", f"The expert takes object {chosen} for the target."
+        return Decision(
+            chosen,
+            choice.note or reason,
+            give_up=choice.give_up,
+            is_target=is_target,
+            exchanges=(Exchange(_ASKED, reply),),
+            evidence=Evidence(notes={"expert": self._expert, "note": choice.note}),
+        )

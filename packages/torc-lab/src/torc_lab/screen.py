@@ -12,7 +12,7 @@ from torc import TorcError
 from torc.cli.web_page import PageOptions, check_web_libraries, served_app
 
 if TYPE_CHECKING:
-    from torc.web.camera_page import CameraBoard
+    from torc.web.frames import FrameBoard
 
 LiveView = tuple[UInt8[np.ndarray, "h w 3"], dict[str, str]]
 """A picture, and facts by name."""
@@ -20,20 +20,21 @@ _IDLE_S, _AFTER_TROUBLE_S = 0.1, 1.0
 
 
 @contextmanager
-def picture_page(options: PageOptions, task: str = "") -> Iterator["CameraBoard"]:
+def picture_page(options: PageOptions, task: str = "") -> Iterator["FrameBoard"]:
     """The board of a page that is served during the block; `task` says what the page is for.
 
     Raises MissingDependencyError, InputError.
     """
     check_web_libraries()
-    from torc.web.camera_page import CameraBoard, make_camera_app
+    from torc.web.app import make_camera_app
+    from torc.web.frames import FrameBoard
 
-    board = CameraBoard(task)
+    board = FrameBoard(task)
     with served_app(lambda token, port: make_camera_app(board, token, port), options):
         yield board
 
 
-def show_next(board: "CameraBoard", look: Callable[[], LiveView]) -> None:
+def show_next(board: "FrameBoard", look: Callable[[], LiveView]) -> None:
     """One more picture, if somebody looks at them; trouble is shown there."""
     from torc.web.frames import jpeg
 
@@ -46,4 +47,4 @@ def show_next(board: "CameraBoard", look: Callable[[], LiveView]) -> None:
         board.trouble(str(error))
         time.sleep(_AFTER_TROUBLE_S)
     else:
-        board.show(jpeg(rgb), facts)
+        board.put(jpeg(rgb), facts)

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from lab_helpers.operator_by_script import ScriptedOperator
-from torc.benchmark.preflight import find_planner
-from torc.benchmark.spec import BenchPlanner
+from torc.benchmark.spec import BenchPlanner, find_planner
 from torc.errors import InputError
 from torc.perception.protocol import Wanted
 from torc.records import Capture, Observation

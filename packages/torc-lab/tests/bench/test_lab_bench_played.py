@@ -6,8 +6,8 @@ import time
 import pytest
 
 from lab_helpers.operator_by_script import ScriptedOperator
-from torc.benchmark.preflight import find_planner
 from torc.benchmark.reading import read_table
+from torc.benchmark.spec import find_planner
 from torc.benchmark.store import Store
 from torc.episode.simulated import pictured_target
 from torc.problems.problem import load_problem

@@ -9,12 +9,11 @@ import numpy as np
 import pytest
 
 from tests.helpers.fake_bench import made_up_table
-from torc.benchmark.comparison import sign_flip_p
+from torc.benchmark.intervals import sign_flip_p
 from torc.benchmark.paper import METHODS, REAL_METHODS, REAL_TRIALS, paper_method
 from torc.benchmark.reading import read_table
 from torc.benchmark.report.writing import write_report
-from torc.benchmark.rows import REAL, Table
-from torc.benchmark.table_files import read_rows, write_tables
+from torc.benchmark.rows import REAL, Table, read_rows, write_tables
 from torc_lab.bench.report import (
     least_p,
     real_sections,

@@ -14,11 +14,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from torc.benchmark.intervals import Estimate
-from torc.benchmark.measures import DROP_FREE, SUCCESS
+from torc.benchmark.measures import DROP_FREE, SUCCESS, within
 from torc.benchmark.paper import PaperMethod, paper_method, paper_success
+from torc.benchmark.report.cells import words
 from torc.benchmark.rows import Table, TrialRow
-from torc.benchmark.scores import within
 from torc.errors import MissingDependencyError, extra_remedy
 
 if TYPE_CHECKING:
@@ -27,14 +26,13 @@ if TYPE_CHECKING:
 
 _COLORS = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7", "#F0E442", "#666666")
 _GRAY, _INK = "#C8C8C8", "#1E1E1E"
-_PAPER_MARK: dict[str, Any] = {"marker": "D", "s": 46, "facecolor": "white", "edgecolor": _INK}
-_PAPER_MARK |= {"linewidth": 1.3, "zorder": 5}
 _STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",
     "font.family": "sans-serif",
     "font.size": 10,
     "axes.spines.top": False,
     "axes.spines.right": False,
+    "axes.prop_cycle": f"cycler('color', {_COLORS})",
     "hatch.linewidth": 0.6,
 }
 _MAX_POINTS = 400
@@ -67,25 +65,19 @@ def draw_all(table: Table, planners: Sequence[str]) -> list[Picture]:
     except ImportError:
         raise MissingDependencyError("matplotlib, which draws the figures,", extra_remedy("report")) from None
     pictures = []
-    for name, (draw, title, text) in _FIGURES.items():
-        svg, png = io.BytesIO(), io.BytesIO()
+    for name, (draw, title) in _FIGURES.items():
+        svg, png, (text,) = io.BytesIO(), io.BytesIO(), words()[f"Figure: {title}"]
         with matplotlib.rc_context({**_STYLE, "svg.hashsalt": name}):
             figure = draw(table, shown)
             figure.tight_layout()
             figure.savefig(svg, format="svg", metadata={"Date": None})
             figure.savefig(png, format="png", dpi=150)
         if table.all_real:
-            title, text = _on_robot(name, title, text)
+            title = title.replace("figure 9", "figure 11").replace("figure 10", "figure 12")
+        if table.all_real and name in ("picks", "decision_time"):
+            text = f"{text.partition(' Diamonds:')[0]} The paper draws its own without numbers."
         pictures.append(Picture(name, title, text, svg.getvalue(), png.getvalue(), draw is _problems))
     return pictures
-
-
-def _on_robot(name: str, title: str, text: str) -> tuple[str, str]:
-    """Return title and text of the figure for a real robot."""
-    title = title.replace("figure 9", "figure 11").replace("figure 10", "figure 12")
-    if name in ("picks", "decision_time"):
-        text = f"{text.partition(' Diamonds:')[0]} The paper draws its own without numbers."
-    return title, text
 
 
 def _success(table: Table, planners: list[str]) -> Figure:
@@ -93,11 +85,13 @@ def _success(table: Table, planners: list[str]) -> Figure:
     for i, planner in enumerate(planners):
         done = table.completed(planner)
         success, clean = SUCCESS.of(done), DROP_FREE.of(done)
-        axes.bar(i, clean.value, 0.62, color=_color(i), label=None if i else "with no drop")
-        hatched: dict[str, Any] = {"color": _GRAY, "hatch": "///", "edgecolor": "white"}
-        dropped = success.value - clean.value
-        axes.bar(i, dropped, 0.62, clean.value, label=None if i else "with drops", **hatched)
-        _whisker(axes, i, success)
+        axes.bar(i, clean.value, 0.62, color=f"C{i}", label=None if i else "with no drop")
+        look: dict[str, Any] = {"color": _GRAY, "hatch": "///", "edgecolor": "white"}
+        look["label"] = None if i else "with drops"
+        axes.bar(i, success.value - clean.value, 0.62, clean.value, **look)
+        if np.isfinite(success.high):
+            ends = [[max(success.value - success.low, 0.0)], [max(success.high - success.value, 0.0)]]
+            axes.errorbar(i, success.value, ends, color=_INK, capsize=4, linewidth=1.3, zorder=3)
         _mark_paper(axes, i, paper_method(planner, table.all_real), lambda m: [m.success, m.drop_free])
     axes.set_ylim(0, 1.04)
     axes.set_ylabel("share of trials")
@@ -119,14 +113,13 @@ def _boxes(
     for i, planner in enumerate(planners):
         points = np.array([v for row in table.completed(planner) for v in values(row)], dtype=float)
         if len(points):
-            box = {"facecolor": _color(i), "alpha": 0.35, "edgecolor": _INK}
-            median = {"color": _INK, "linewidth": 2.2}
-            look: dict[str, Any] = {"patch_artist": True, "boxprops": box, "medianprops": median}
-            axes.boxplot(points, positions=[i], widths=0.5, showfliers=False, **look)
+            look: dict[str, Any] = {"boxprops": {"facecolor": f"C{i}", "alpha": 0.35, "edgecolor": _INK}}
+            look["medianprops"] = {"color": _INK, "linewidth": 2.2}
+            axes.boxplot(points, positions=[i], widths=0.5, showfliers=False, patch_artist=True, **look)
             if len(points) > _MAX_POINTS:
                 points = rng.choice(points, _MAX_POINTS, replace=False)
             beside = i + rng.uniform(-0.2, 0.2, len(points))
-            axes.scatter(beside, points, 7, color=_color(i), alpha=0.6, zorder=3)
+            axes.scatter(beside, points, 7, color=f"C{i}", alpha=0.6, zorder=3)
         _mark_paper(axes, i, paper_method(planner, table.all_real), paper)
     axes.set_ylabel(label)
     axes.set_yscale("log" if log else "linear")
@@ -141,9 +134,9 @@ def _within(table: Table, planners: list[str]) -> Figure:
     picks = np.arange(1, budget + 1)
     for i, planner in enumerate(planners):
         found = [within(table.completed(planner), int(k)) for k in picks]
-        look: dict[str, Any] = {"color": _color(i), "marker": _MARKERS[i % len(_MARKERS)], "markersize": 4}
+        look: dict[str, Any] = {"color": f"C{i}", "marker": _MARKERS[i % len(_MARKERS)], "markersize": 4}
         axes.plot(picks, [f.value for f in found], **look, linewidth=1.5, label=planner)
-        axes.fill_between(picks, [f.low for f in found], [f.high for f in found], color=_color(i), alpha=0.12)
+        axes.fill_between(picks, [f.low for f in found], [f.high for f in found], color=f"C{i}", alpha=0.12)
     axes.set_ylim(0, 1.04)
     axes.set_xlim(0.8, budget + 0.2)
     axes.set_xticks(picks[:: 1 + budget // 21])
@@ -190,10 +183,6 @@ def _new_figure(width: float, height: float, columns: int = 1) -> tuple[Figure, 
     return figure, figure.subplots(1, columns, squeeze=False)[0]
 
 
-def _color(index: int) -> str:
-    return _COLORS[index % len(_COLORS)]
-
-
 def _name_planners(axes: Axes, planners: list[str], legend: bool = True) -> None:
     """Write the planners along the x axis, the legend above."""
     axes.set_xticks(range(len(planners)), [p.replace("[", "\n[") for p in planners], rotation=20, ha="right")
@@ -202,29 +191,18 @@ def _name_planners(axes: Axes, planners: list[str], legend: bool = True) -> None
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, 1.16), ncols=3, frameon=False, fontsize=9)
 
 
-def _whisker(axes: Axes, x: float, found: Estimate) -> None:
-    """Draw an interval as a line; nothing if it is infinite."""
-    if np.isfinite(found.high):
-        below, above = max(found.value - found.low, 0.0), max(found.high - found.value, 0.0)
-        axes.errorbar(x, found.value, [[below], [above]], color=_INK, capsize=4, linewidth=1.3, zorder=3)
-
-
 def _mark_paper(
     axes: Axes, i: int, method: PaperMethod | None, values: Callable[[PaperMethod], list[float]]
 ) -> None:
     """Mark the paper's values beside a planner's; the first marks make the entry of the legend."""
     if marks := values(method) if method else []:
         label = None if "the paper" in axes.get_legend_handles_labels()[1] else "the paper"
-        axes.scatter([i + 0.36] * len(marks), marks, **_PAPER_MARK, label=label)
+        look: dict[str, Any] = {"marker": "D", "s": 46, "facecolor": "white", "edgecolor": _INK}
+        axes.scatter([i + 0.36] * len(marks), marks, **look, linewidth=1.3, zorder=5, label=label)
 
 
-_FIGURES: dict[str, tuple[Callable[[Table, list[str]], Figure], str, str]] = {
-    "success": (
-        _success,
-        "Success (the paper's figure 9, left)",
-        "Share of trials in which the target was retrieved. Colored: with no drop; gray, hatched: with drops. Lines: "
-        "95 % intervals. Diamonds: the paper's values, upper one for all successes, lower one for those with no drop.",
-    ),
+_FIGURES: dict[str, tuple[Callable[[Table, list[str]], Figure], str]] = {
+    "success": (_success, "Success (the paper's figure 9, left)"),
     "picks": (
         partial(
             _boxes,
@@ -233,22 +211,13 @@ _FIGURES: dict[str, tuple[Callable[[Table, list[str]], Figure], str, str]] = {
             label="picks per trial",
         ),
         "Picks required (the paper's figure 9, right)",
-        "Picks of every completed trial, failed attempts included. Box: quartiles and median. Diamonds: the paper's "
-        "medians.",
     ),
-    "within": (
-        _within,
-        "Retrieved within k picks",
-        "Share of trials in which the target was retrieved in at most so many picks (where it is not there: rightly "
-        "given up). Bands: 95 % intervals over problems.",
-    ),
+    "within": (_within, "Retrieved within k picks"),
     "drops": (
         partial(
             _boxes, values=lambda r: [r.drops], paper=lambda m: [m.drops], label="objects dropped per trial"
         ),
         "Objects dropped (the paper's figure 10, left)",
-        "Objects other than the target that fell off the table, of every completed trial. Diamonds: the paper's "
-        "medians.",
     ),
     "decision_time": (
         partial(
@@ -259,14 +228,7 @@ _FIGURES: dict[str, tuple[Callable[[Table, list[str]], Figure], str, str]] = {
             log=True,
         ),
         "Decision time (the paper's figure 10, right)",
-        "Wall time of every decision on a logarithmic scale (0.1 ms is the least that is shown). Diamonds: the paper's "
-        "medians, on other machines.",
     ),
-    "problems": (
-        _problems,
-        "Every problem",
-        "A row per problem. Left: share of trials with the target retrieved (in brackets the paper's, for its own "
-        "problems). Right: mean picks to retrieval. Yellow is good, dark blue is bad.",
-    ),
+    "problems": (_problems, "Every problem"),
 }
-"""How each figure is drawn, its title and text."""
+"""How each figure is drawn, and its title."""

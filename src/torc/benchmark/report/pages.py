@@ -6,16 +6,15 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from html import escape
 from importlib.resources import files
+from string import Template
 
-from torc.benchmark.report.cells import Cell, Link, TextTable
+from torc.benchmark.report.cells import Cell, Failure, Link, Opening, TextTable
 from torc.benchmark.report.figures import Picture
 from torc.benchmark.report.ranking import Verdict
-from torc.benchmark.report.trials import Failure, Opening
 
 Paragraph = tuple[str | Link, ...]
 Block = str | Paragraph | TextTable | Picture | Failure
 QUESTION = "Which planner should I use?"
-_POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
 _SPECIAL = re.compile(r"([\\`*_{}\[\]<>|#])")
 
 
@@ -32,37 +31,29 @@ def html_page(
     title: str, verdict: Verdict, sections: Sequence[Section], openings: Sequence[Opening] = ()
 ) -> str:
     """Return the report as HTML. An opening appears when its link is followed."""
-    style = (files("torc.benchmark.report") / "style.css").read_text(encoding="utf-8")
-    told = [
-        ("it", verdict.answer),
-        *(("", r) for r in verdict.reasons),
-        *(("warn", w) for w in verdict.warnings),
-    ]
-    answer = "".join(f'<p class="{kind}">{escape(text)}</p>' for kind, text in told)
+    told = [("it", verdict.answer)]
+    told += [("", reason) for reason in verdict.reasons]
+    told += [("warn", warning) for warning in verdict.warnings]
     links = "".join(f'<a href="#{s.anchor}">{escape(s.title)}</a>' for s in sections if s.anchor)
-    parts = [
-        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">',
-        f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">',
-        '<meta name="viewport" content="width=device-width, initial-scale=1">',
-        f"<title>{escape(title)}</title><style>\n{style}</style></head><body>",
-        f'<h1>{QUESTION} <small>{escape(title)}</small></h1><div class="answer">{answer}</div>',
-    ]
+    parts = []
     first = next(s for s in sections if s.anchor)
     for section in sections:
         parts += [f"<nav>{links}</nav>"] if section is first else []
         anchor = f' id="{section.anchor}"' if section.anchor else ""
         parts += [f"<h2{anchor}>{escape(section.title)}</h2>"] if section.title else []
         parts += _html_blocks(section, verdict.planner)
-    return "\n".join([*parts, *map(_html_opening, openings), "</body></html>"]) + "\n"
+    template = (files("torc.benchmark.report") / "page.html").read_text(encoding="utf-8")
+    return Template(template).substitute(
+        question=QUESTION,
+        title=escape(title),
+        answer="".join(f'<p class="{kind}">{escape(text)}</p>' for kind, text in told),
+        parts="\n".join([*parts, *map(_html_opening, openings)]),
+    )
 
 
 def _html_opening(opening: Opening) -> str:
-    where, title, command = (
-        escape(opening.address.removeprefix("#")),
-        escape(opening.title),
-        escape(opening.command),
-    )
-    how = f"<b>{title}</b>. To see it pick by pick: <code>{command}</code>"
+    where, title = escape(opening.address.removeprefix("#")), escape(opening.title)
+    how = f"<b>{title}</b>. To see it pick by pick: <code>{escape(opening.command)}</code>"
     return f'<p class="opening" id="{where}">{how} <a href="#-">Close</a></p>'
 
 
@@ -118,8 +109,8 @@ def _html_picture(picture: Picture) -> str:
 
 def _html_failure(failure: Failure) -> str:
     title, image = escape(failure.title), ""
-    if failure.jpeg:
-        image = f'<img alt="{title}: the pick that failed" src="data:image/jpeg;base64,{failure.jpeg}">'
+    if failure.picture:
+        image = f'<img alt="{title}: the pick that failed" src="{failure.picture}">'
     return f"<div>{_html_link(f'{image}<p><b>{title}</b></p>', failure.address)}<p>{escape(failure.text)}</p></div>"
 
 

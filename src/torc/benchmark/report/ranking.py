@@ -5,19 +5,21 @@ dropped (the paper: Task Planning Solutions for TORC). A trial that never retrie
 would need more picks than that: it counts as the whole budget, so that giving up early wins nothing.
 """
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
-from torc.benchmark.comparison import ALPHA, Comparison, compare, holm
-from torc.benchmark.intervals import Estimate
-from torc.benchmark.measures import COST, DECISION_S, DROPS, SUCCESS
-from torc.benchmark.report.bounds import bound_sentence
-from torc.benchmark.report.cells import seconds_text, signed_text
-from torc.benchmark.rows import Table
+from torc.benchmark.intervals import ALPHA, Estimate, holm
+from torc.benchmark.measures import COST, DECISION_S, DROPS, ORACLE, SUCCESS, Comparison, compare
+from torc.benchmark.rows import Table, TrialRow
+from torc.episode.bound import Bound
 from torc.episode.versions import differing
 
 FEW_PROBLEMS = 10
+_BEATEN, _UNRECORDED = "beaten", "not recorded"
+_MARKS = (Bound.PROVED.value, Bound.LIKELY.value, Bound.FOUND.value, _UNRECORDED, _BEATEN)
+"""Of trials of ORACLE, from the best down."""
 
 
 @dataclass(frozen=True)
@@ -51,8 +53,14 @@ class Standing:
 
     @property
     def errored(self) -> float:
-        """Share of the played trials that were errored."""
         return 1 - self.completed / self.played if self.played else 0.0
+
+    @property
+    def order(self) -> tuple[bool, bool, float, float, str]:
+        """Sorts the best first; those without completed trials, and then references, last."""
+        none = self.completed == 0
+        cost, drops = (0.0, 0.0) if none else (round(self.cost.value, 9), self.drops.value)
+        return self.reference, none, cost, drops, self.planner
 
 
 @dataclass(frozen=True)
@@ -77,15 +85,13 @@ class Ranking:
 
 def rank(table: Table) -> list[Standing]:
     """Return all planners by picks to retrieval, then drops; then those without completed trials, references last."""
-    standings = sorted((_standing(table, planner) for planner in table.planners), key=_order)
+    standings = sorted((_standing(table, planner) for planner in table.planners), key=lambda s: s.order)
     leader = _leader(standings)
     if leader is None:
         return standings
-    behind = {
-        s.planner: found
-        for s in standings
-        if s is not leader and s.completed and (found := compare(table, s.planner, leader.planner)).pairs
-    }
+    others = [s for s in standings if s is not leader and s.completed]
+    compared = {s.planner: compare(table, s.planner, leader.planner) for s in others}
+    behind = {planner: found for planner, found in compared.items() if found.pairs}
     competing = [s.planner for s in standings if s.planner in behind and not s.reference]
     p = dict(zip(competing, holm([behind[planner].p_cost for planner in competing])))
     return [replace(s, behind=behind.get(s.planner), p=p.get(s.planner)) for s in standings]
@@ -93,23 +99,16 @@ def rank(table: Table) -> list[Standing]:
 
 def _standing(table: Table, planner: str) -> Standing:
     rows, done = table.of(planner), table.completed(planner)
-    played = sum(r.status != "missing" for r in rows)
     return Standing(
         planner,
         cost=COST.of(done),
         success=SUCCESS.of(done),
         drops=DROPS.of(done),
         completed=len(done),
-        played=played,
+        played=sum(r.played for r in rows),
         planned=len(rows),
         reference=not all(r.participant for r in rows),
     )
-
-
-def _order(standing: Standing) -> tuple[bool, bool, float, float, str]:
-    none = standing.completed == 0
-    cost, drops = (0.0, 0.0) if none else (round(standing.cost.value, 9), standing.drops.value)
-    return standing.reference, none, cost, drops, standing.planner
 
 
 def _leader(standings: Sequence[Standing]) -> Standing | None:
@@ -159,7 +158,11 @@ def verdict(table: Table, standings: Sequence[Standing]) -> Verdict:
         reasons.append(f"It is chosen for the objects that it does not drop: {leader.planner} drops more.")
     others = [s for s in (leader, *ties) if s is not best]
     if others:
-        told = "; ".join(_gap(s, leader) for s in others)
+        gaps = (
+            f" ({s.behind.cost.text(1, '+')} picks against {leader.planner})" if s.behind else ""
+            for s in others
+        )
+        told = "; ".join(s.planner + gap for s, gap in zip(others, gaps))
         reasons.append(f"By picks it may be no better than: {told}. Trials of more problems would tell.")
         *some, last = [s.planner for s in others]
         names = f"{', '.join(some)} or {last}" if some else last
@@ -173,7 +176,7 @@ def verdict(table: Table, standings: Sequence[Standing]) -> Verdict:
 
 def _warnings(table: Table, standings: Sequence[Standing]) -> list[str]:
     found = []
-    if missing := Counter(r.planner for r in table.rows if r.status == "missing"):
+    if missing := Counter(r.planner for r in table.rows if not r.played):
         told = ", ".join(f"{planner} {n}" for planner, n in missing.items())
         found.append(
             f"{missing.total()} planned trials have not been played yet ({told}): the same command goes on."
@@ -203,7 +206,7 @@ def _warnings(table: Table, standings: Sequence[Standing]) -> list[str]:
 
 
 def _numbers(table: Table, s: Standing) -> str:
-    decision = seconds_text(DECISION_S.of(table.completed(s.planner)))
+    decision = DECISION_S.of(table.completed(s.planner)).short
     return (
         f"It needs {s.cost.text(1)} picks to retrieve the target, gets it in {100 * s.success.value:.0f} % of the "
         f"trials, drops {s.drops.text()} objects a trial and takes {decision} s "
@@ -211,7 +214,51 @@ def _numbers(table: Table, s: Standing) -> str:
     )
 
 
-def _gap(s: Standing, leader: Standing) -> str:
-    if s.behind is None:
-        return s.planner
-    return f"{s.planner} ({signed_text(s.behind.cost, 1)} picks against {leader.planner})"
+def better_trials(table: Table) -> list[tuple[TrialRow, list[TrialRow]]]:
+    """Return every completed trial of ORACLE with the trials of others that did with less on that problem and seed.
+
+    Less is a lower cost, or equal cost and fewer drops; the best come first.
+    """
+    others: dict[tuple[str, int], list[TrialRow]] = defaultdict(list)
+    for row in table.rows:
+        if row.completed and row.planner != ORACLE:
+            others[row.problem, row.seed].append(row)
+    return [
+        (
+            row,
+            sorted((o for o in others[row.problem, row.seed] if o.spent < row.spent), key=lambda o: o.spent),
+        )
+        for row in table.completed(ORACLE)
+    ]
+
+
+def bound_summary(table: Table) -> dict[str, Any] | None:
+    """Return plain data: problems, those with only proved trials, marks; None if ORACLE has completed no trial."""
+    trials = better_trials(table)
+    if not trials:
+        return None
+    # A beaten trial has proved nothing, whatever it says.
+    found = [(row, _BEATEN if better else row.bound or _UNRECORDED) for row, better in trials]
+    counts, problems = Counter(mark for _, mark in found), {row.problem for row, _ in found}
+    doubtful = {row.problem for row, mark in found if mark != Bound.PROVED.value}
+    return {
+        "problems": len(problems),
+        "problems_proved": len(problems - doubtful),
+        "trials": {mark: counts[mark] for mark in _MARKS if counts[mark]},
+        _BEATEN: [{"problem": row.problem, "seed": row.seed} for row, better in trials if better],
+    }
+
+
+def bound_sentence(table: Table, planner: str) -> str:
+    """Return the planner's gap to ORACLE and what it is worth; "" if ORACLE has completed no trial."""
+    found = bound_summary(table)
+    if found is None:
+        return ""
+    gap = ""
+    if planner != ORACLE and (pair := compare(table, planner, ORACLE)).pairs:
+        gap = f"Against ORACLE, which tries orders out in the simulation first: {pair.cost.text(1, '+')} picks. "
+    told = ", ".join(f"{mark} in {count}" for mark, count in found["trials"].items())
+    return (
+        f"{gap}ORACLE's cost is a proved bound in every trial of {found['problems_proved']} of {found['problems']} "
+        f"problems; of its {sum(found['trials'].values())} trials it is {told}."
+    )

@@ -1,144 +1,165 @@
 """The tables of the report, before they become HTML or Markdown."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import combinations, pairwise
 
 import numpy as np
 
-from torc.benchmark.comparison import ALPHA, compare, holm
-from torc.benchmark.measures import COST, DECISION_S, DROP_FREE, MEASURES, SUCCESS
-from torc.benchmark.report.cells import TextTable, seconds_text, signed_text, trial_cell
-from torc.benchmark.report.ranking import Standing
+from torc.benchmark.intervals import ALPHA, holm
+from torc.benchmark.measures import (
+    COST,
+    DECISION_S,
+    DROP_FREE,
+    DROP_PRICES,
+    INFORMED,
+    MEASURES,
+    ORACLE,
+    SUCCESS,
+    compare,
+    picks_where_solved,
+    scores,
+    within,
+)
+from torc.benchmark.report.cells import TextTable, trial_cell
+from torc.benchmark.report.ranking import Standing, better_trials
 from torc.benchmark.rows import Table, TrialRow
 from torc.problems.sets import set_of
 
-CATEGORIES = ("structured", "unstructured")
+WITHIN = (1, 2, 3, 4, 5, 6, 8, 10, 15)
+"""Numbers of picks in the table; the figure has all."""
 _PROMISE_BINS = (0.0, 0.5, 0.8, 0.95, 0.98, 1.0)
-_STANDING = (
-    "planner",
-    "picks to retrieval",
-    "more than the best",
-    "retrieved",
-    "with no drop",
-    "drops",
-    "decision, s",
-    "trials",
-    "errored",
-)
+_MAX_SAID = 200
+
+
+def _completed(table: Table, planners: Sequence[str]) -> Iterator[tuple[str, list[TrialRow]]]:
+    """Yield the planners that have completed trials, with these."""
+    yield from ((p, done) for p in planners if (done := table.completed(p)))
 
 
 def ranking_table(standings: Sequence[Standing], table: Table, comparable: bool = True) -> TextTable:
     """Return a row per competing planner, best first; without ranks if they are not comparable."""
     ranked = [s for s in standings if not s.reference]
     rows = [
-        (f"{place}" if s.completed and comparable else "-", *_standing_cells(s, table))
+        {"rank": f"{place}" if s.completed and comparable else "-"} | _standing(s, table)
         for place, s in enumerate(ranked, start=1)
     ]
-    note = (
-        "Picks to retrieval: mean, a trial that never got the target counting as its whole budget (the paper's primary "
-        "objective); more than the best: on the same problems and seeds, a tie where p is .05 or more; drops: mean "
-        "(the secondary one); decision: median. Brackets: 95 % intervals over problems."
-    )
-    return TextTable("Ranking", ("rank", *_STANDING), rows, note)
+    return TextTable.of("Ranking", rows)
 
 
 def references_table(standings: Sequence[Standing], table: Table) -> TextTable:
-    """Return a row per planner that does not compete."""
-    note = (
-        "To compare with, not to use. They know more than planners are told: the simulation (the oracle, a simulated "
-        "model, any planner that took hold of it), or, of a person, the view from outside."
-    )
-    rows = [_standing_cells(s, table) for s in standings if s.reference]
-    return TextTable("References, not ranked", _STANDING, rows, note)
+    rows = [_standing(s, table) for s in standings if s.reference]
+    return TextTable.of("References, not ranked", rows)
 
 
-def _standing_cells(s: Standing, table: Table) -> tuple[str, ...]:
+def _standing(s: Standing, table: Table) -> dict[str, str]:
     done = table.completed(s.planner)
-    gap = "" if s.behind is None else signed_text(s.behind.cost, 1)
+    gap = "" if s.behind is None else s.behind.cost.text(1, "+")
     if s.behind is not None and s.p is not None:
         gap += f", p {s.behind.p_text(s.p)}"
-    return (
-        *(s.planner, s.cost.text(1), gap + (" (a tie)" if s.ties else ""), s.success.text()),
-        *(DROP_FREE.of(done).text(), s.drops.text(), seconds_text(DECISION_S.of(done))),
-        *(f"{s.completed} of {s.planned}", f"{100 * s.errored:.0f} %"),
-    )
+    return {
+        "planner": s.planner,
+        "picks to retrieval": s.cost.text(1),
+        "more than the best": gap + (" (a tie)" if s.ties else ""),
+        "retrieved": s.success.text(),
+        "with no drop": DROP_FREE.text(done),
+        "drops": s.drops.text(),
+        "decision, s": DECISION_S.of(done).short,
+        "trials": f"{s.completed} of {s.planned}",
+        "errored": f"{100 * s.errored:.0f} %",
+    }
 
 
 def measures_table(table: Table, planners: Sequence[str]) -> TextTable:
     """Return every measure, structured and unstructured scenes separately."""
     rows = [
-        (planner, category or "all", str(len(done)), *(m.of(done).text(m.digits) for m in MEASURES))
+        {"planner": planner, "scenes": category or "all", "trials": str(len(done))}
+        | {m.name: m.text(done) for m in MEASURES}
         for planner in planners
-        for category in (None, *CATEGORIES)
+        for category in (None, "structured", "unstructured")
         if (done := table.completed(planner, category))
     ]
-    note = "; ".join(f"{m.name}: {m.help}" for m in MEASURES) + ". Brackets: 95 % intervals over problems."
-    return TextTable("All measures", ("planner", "scenes", "trials", *(m.name for m in MEASURES)), rows, note)
+    return TextTable.of("All measures", rows)
 
 
 def comparison_table(table: Table, planners: Sequence[str]) -> TextTable:
     """Compare every pair of planners on the same problems and seeds."""
-    pairs = combinations([p for p in planners if table.completed(p)], 2)
+    pairs = combinations([planner for planner, _ in _completed(table, planners)], 2)
     found = [c for c in (compare(table, *pair) for pair in pairs) if c.pairs]
     rows = []
     for c, p in zip(found, holm([c.p_cost for c in found])):
         better = f"{c.second if c.cost.value > 0 else c.first} is better" if p < ALPHA else "cannot be told"
-        facts = f"{c.first} - {c.second}", str(c.pairs), signed_text(c.cost, 1), c.p_text(p)
-        rows.append((*facts, signed_text(c.success, 2), signed_text(c.drops, 2), better))
-    header = ("pair", "trials of both", "picks to retrieval", "p", "retrieved", "drops", "by picks")
-    note = (
-        "Differences on the same problem and seed with 95 % intervals over problems; p: permutation test over "
-        "problems, corrected for the number of pairs (Holm)."
-    )
-    return TextTable("Planner against planner", header, rows, note)
+        rows.append(
+            {
+                "pair": f"{c.first} - {c.second}",
+                "trials of both": str(c.pairs),
+                "picks to retrieval": c.cost.text(1, "+"),
+                "p": c.p_text(p),
+                "retrieved": c.success.text(2, "+"),
+                "drops": c.drops.text(2, "+"),
+                "by picks": better,
+            }
+        )
+    return TextTable.of("Planner against planner", rows)
 
 
 def causes_tables(table: Table, planners: Sequence[str]) -> list[TextTable]:
     """Count how attempts and trials ended."""
-    tables = []
-    done = {p: table.completed(p) for p in planners}
-    ends = {p: Counter(r.end for r in rows) for p, rows in done.items()}
-    attempts = {p: Counter(pick.result for r in rows for pick in r.picked) for p, rows in done.items()}
-    for title, counts in (("How trials ended", ends), ("How attempts ended", attempts)):
+
+    def counted(title: str, ends: Callable[[TrialRow], list[str]]) -> TextTable:
+        counts = {p: Counter(e for r in done for e in ends(r)) for p, done in _completed(table, planners)}
         names = [name for name, _ in sum(counts.values(), Counter()).most_common()]
         rows = [
-            (p, *(f"{c[n]} ({100 * c[n] / c.total():.0f} %)" if c[n] else "" for n in names))
+            {"planner": p, **{n: f"{c[n]} ({100 * c[n] / c.total():.0f} %)" if c[n] else "" for n in names}}
             for p, c in counts.items()
             if c.total()
         ]
-        tables.append(TextTable(title, ("planner", *names), rows))
-    return tables
+        return TextTable.of(title, rows)
+
+    return [
+        counted("How trials ended", lambda r: [r.end]),
+        counted("How attempts ended", lambda r: [pick.result for pick in r.picked]),
+    ]
 
 
 def promises_table(table: Table, planners: Sequence[str]) -> TextTable:
     """Compare what the executed grasps promised with what happened."""
     rows = []
-    for planner in planners:
-        done = table.completed(planner)
+    for planner, done in _completed(table, planners):
         tried = [
             (p.p, p.held, p.delivered) for r in done for p in r.picked if p.grasp_tried and p.p is not None
         ]
         for low, high in pairwise(_PROMISE_BINS):
             if picks := [pick for pick in tried if low <= pick[0] and (pick[0] < high or high == 1.0)]:
-                numbers = (f"{mean:.3f}" for mean in np.mean(picks, axis=0))
-                rows.append((planner, f"{low:g} to {high:g}", str(len(picks)), *numbers))
-    header = ("planner", "p of the grasp", "carried out", "mean p", "held", "delivered")
-    note = "p: the probability that the object is delivered, by the grasp's score and what failed before."
-    return TextTable("Grasps: promised and delivered", header, rows, note)
+                means = (f"{mean:.3f}" for mean in np.mean(picks, axis=0))
+                rows.append(
+                    {
+                        "planner": planner,
+                        "p of the grasp": f"{low:g} to {high:g}",
+                        "carried out": str(len(picks)),
+                    }
+                    | dict(zip(("mean p", "held", "delivered"), means))
+                )
+    return TextTable.of("Grasps: promised and delivered", rows)
 
 
 def errors_table(table: Table) -> TextTable:
-    """List the errored trials, which are never scored."""
     rows = []
     for r in table.rows:
-        if r.status not in ("completed", "missing"):
+        if r.played and not r.completed:
             said = next((line for line in r.error.splitlines() if line.strip()), "")
-            said = said if len(said) <= 200 else f"{said[:197]}..."
-            rows.append((r.planner, r.problem, str(r.seed), r.cause, said, trial_cell(table, r)))
-    header = ("planner", "problem", "seed", "cause", "what was said", "trial")
-    return TextTable("Errored trials, which are not scored", header, rows)
+            rows.append(
+                {
+                    "planner": r.planner,
+                    "problem": r.problem,
+                    "seed": str(r.seed),
+                    "cause": r.cause,
+                    "what was said": said if len(said) <= _MAX_SAID else f"{said[: _MAX_SAID - 3]}...",
+                    "trial": trial_cell(table, r),
+                }
+            )
+    return TextTable.of("Errored trials, which are not scored", rows)
 
 
 def sets_table(table: Table, planners: Sequence[str], best: str | None) -> TextTable:
@@ -148,65 +169,115 @@ def sets_table(table: Table, planners: Sequence[str], best: str | None) -> TextT
     names = sorted(set(sets.values()))
     for name in names if len(names) > 1 else ():
         part = replace(table, rows=tuple(r for r in table.rows if sets[r.problem] == name))
-        for planner in planners:
-            if done := part.completed(planner):
-                more = "" if best in (None, planner) else signed_text(compare(part, planner, best).cost, 2)
-                cost, *shares = (m.of(done).text(m.digits) for m in (COST, SUCCESS, DROP_FREE))
-                rows.append((name, planner, str(len(done)), cost, more, *shares))
-    against = f"more than {best or 'the best'}"
-    header = ("set", "planner", "trials", "picks to retrieval", against, "retrieved", "with no drop")
-    note = "More: on the same problems and seeds. Brackets: 95 % intervals over the problems of the set."
-    return TextTable("Set by set", header, rows, note)
+        for planner, done in _completed(part, planners):
+            more = "" if best in (None, planner) else compare(part, planner, best).cost.text(2, "+")
+            rows.append(
+                {"set": name, "planner": planner, "trials": str(len(done)), COST.name: COST.text(done)}
+                | {f"more than {best or 'the best'}": more}
+                | {m.name: m.text(done) for m in (SUCCESS, DROP_FREE)}
+            )
+    return TextTable.of("Set by set", rows)
 
 
-_HEADER = (
-    "planner",
-    "trials",
-    "calls a trial",
-    "calls a pick",
-    "tokens sent a trial",
-    "tokens written a trial",
-    "cost a trial",
-    "cost in all",
-)
-_NOTE = (
-    "Means over all trials in which the model was asked, errored ones too; tokens as the server counts them, thinking "
-    "included in what is written; cost by the prices that were given with the run. Empty: a reply did not tell its "
-    "tokens, or no prices were given. Replies from a cache count as when they were recorded."
-)
+def within_table(table: Table, planners: Sequence[str]) -> TextTable:
+    budget = max((r.max_picks for r in table.rows), default=0)
+    columns = [k for k in WITHIN if k < budget] + [budget]
+    rows = [
+        {"planner": planner, "trials": str(len(done))}
+        | {f"within {k}": within(done, k).text() for k in columns}
+        for planner, done in _completed(table, planners)
+    ]
+    return TextTable.of("Retrieved within k picks", rows)
+
+
+def scores_table(table: Table, planners: Sequence[str]) -> TextTable:
+    """Return efficiency, regret, drops at a price, and failures by kind; bounds only if they were played."""
+    bounds = {f"more picks than {b}": b for b in (ORACLE, INFORMED) if table.completed(b)}
+    names = [
+        *(["pick efficiency"] if ORACLE in bounds.values() else []),
+        *bounds,
+        *(f"picks + {price} x drops" for price in DROP_PRICES),
+        *("picks where retrieved", "target lost", "wrong object", "failed otherwise"),
+    ]
+    rows = []
+    for planner, done in _completed(table, planners):
+        found = scores(table, planner)
+        cells = {n: found[n].text(2, "+" if n in bounds else "") for n in names}
+        cells |= {n: "" for n, bound in bounds.items() if bound == planner}
+        rows.append({"planner": planner, "trials": str(len(done)), **cells})
+    return TextTable.of("Scores", rows)
+
+
+def give_ups_table(table: Table, planners: Sequence[str]) -> TextTable:
+    """Return who gave up rightly where the target is absent, after how many picks, and who gave up wrongly."""
+    rows = []
+    for planner, done in _completed(table, planners if any(r.absent for r in table.rows) else ()):
+        absent, found = [r for r in done if r.absent], scores(table, planner)
+        rows.append(
+            {
+                "planner": planner,
+                "trials without": str(len(absent)),
+                "rightly given up": found["rightly given up"].text(),
+                "picks until then": picks_where_solved(absent).text(),
+                "wrongly given up": found["wrongly given up"].text(),
+                "trials with": str(len(done) - len(absent)),
+            }
+        )
+    return TextTable.of("Where the target is not there", rows)
 
 
 def vlm_table(table: Table, planners: Sequence[str]) -> TextTable:
-    """Return a row per planner that asked a model."""
     rows = []
     for planner in planners:
         asked = [row for row in table.of(planner) if row.vlm_calls is not None]
-        if asked:
-            rows.append((planner, str(len(asked)), *_cells(asked)))
-    return TextTable("What the models took", _HEADER, rows, _NOTE)
+        if not asked:
+            continue
+        done = [row for row in asked if row.completed]
+        picks = sum(row.picks for row in done)
+        currencies = {row.currency for row in asked}
+        costs = _known(asked, "vlm_cost") if len(currencies) == 1 else []
+        unit = "".join(currencies)
+        rows.append(
+            {
+                "planner": planner,
+                "trials": str(len(asked)),
+                "calls a trial": f"{sum(_known(asked, 'vlm_calls')) / len(asked):.1f}",
+                "calls a pick": f"{sum(_known(done, 'vlm_calls')) / picks:.2f}" if picks else "",
+                "tokens sent a trial": _mean(_known(asked, "tokens_sent")),
+                "tokens written a trial": _mean(_known(asked, "tokens_written")),
+                "cost a trial": f"{sum(costs) / len(costs):.4g} {unit}" if costs else "",
+                "cost in all": f"{sum(costs):.4g} {unit}" if costs else "",
+            }
+        )
+    return TextTable.of("What the models took", rows)
 
 
-def _cells(rows: Sequence[TrialRow]) -> tuple[str, ...]:
-    calls = [row.vlm_calls or 0 for row in rows]
-    picks = sum(row.picks for row in rows if row.completed)
-    of_completed = sum(row.vlm_calls or 0 for row in rows if row.completed)
-    currencies = {row.currency for row in rows}
-    costs = _known([row.vlm_cost for row in rows]) if len(currencies) == 1 else None
-    unit = "".join(currencies)
-    return (
-        f"{sum(calls) / len(rows):.1f}",
-        f"{of_completed / picks:.2f}" if picks else "",
-        *(_mean(_known([getattr(r, name) for r in rows])) for name in ("tokens_sent", "tokens_written")),
-        "" if costs is None else f"{sum(costs) / len(costs):.4g} {unit}",
-        "" if costs is None else f"{sum(costs):.4g} {unit}",
-    )
+def _known(rows: Sequence[TrialRow], name: str) -> list[float]:
+    """Return a value of every row; none if one is unknown: a sum without it would be too small."""
+    found = [value for row in rows if (value := getattr(row, name)) is not None]
+    return found if len(found) == len(rows) else []
 
 
-def _known(values: Sequence[float | None]) -> list[float] | None:
-    """Return the values; None if one is unknown: a sum without it would be too small."""
-    found = [v for v in values if v is not None]
-    return found if len(found) == len(values) else None
+def _mean(values: Sequence[float]) -> str:
+    return f"{sum(values) / len(values):,.0f}" if values else ""
 
 
-def _mean(values: list[float] | None) -> str:
-    return "" if values is None else f"{sum(values) / len(values):,.0f}"
+def beaten_table(table: Table) -> TextTable:
+    rows = [
+        {
+            "problem": row.problem,
+            "seed": str(row.seed),
+            "ORACLE": _cost_text(row),
+            "others": ", ".join(f"{other.planner} {_cost_text(other)}" for other in better),
+            "ORACLE's own mark": row.bound,
+            "trial": trial_cell(table, row),
+        }
+        for row, better in better_trials(table)
+        if better
+    ]
+    note = "Picks to retrieval, drops in brackets where there are any. None of these problems is proved."
+    return TextTable.of(f"Where ORACLE is beaten: {len(rows)} trials", rows, note)
+
+
+def _cost_text(row: TrialRow) -> str:
+    return f"{row.cost} ({row.drops})" if row.drops else str(row.cost)

@@ -1,26 +1,23 @@
-"""Write the report on directories of trials."""
+"""Write the report on directories of trials, and log it to an experiment tracker."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from torc.benchmark.intervals import Estimate
-from torc.benchmark.manifest import calls
-from torc.benchmark.measures import MEASURES
+from torc.benchmark.measures import MEASURES, scores
 from torc.benchmark.paper import CITATION
 from torc.benchmark.reading import read_tables
 from torc.benchmark.report import tables
-from torc.benchmark.report.bounds import beaten_table, bound_summary
-from torc.benchmark.report.cells import Link, address_of
+from torc.benchmark.report.cells import KEY, Link, address_of, failures, openings, trial_board, words
 from torc.benchmark.report.figures import Picture, draw_all
 from torc.benchmark.report.pages import Section, html_page, markdown_page
-from torc.benchmark.report.ranking import Ranking, rank_on_common_ground
-from torc.benchmark.report.scores import BOUNDS, give_ups_table, score_summary, scores_table, within_table
-from torc.benchmark.report.tables import sets_table, vlm_table
-from torc.benchmark.report.trials import KEY, failures, openings, trial_board
-from torc.benchmark.rows import Table
-from torc.benchmark.table_files import write_tables
+from torc.benchmark.report.ranking import Ranking, bound_summary, rank_on_common_ground
+from torc.benchmark.report.tables import beaten_table
+from torc.benchmark.rows import Table, write_tables
+from torc.benchmark.store import calls
 from torc.episode.viewer_links import REPORT
 from torc.errors import InputError, PartError, extra_remedy
 from torc.registry.loading import blamed, registered
@@ -32,42 +29,15 @@ _FIGURES = "figures"
 _TO_COMMANDS = " Each leads to the command that shows the trial."
 _TO_PICKS = " Where you open this report from the page of this command, each leads to the picks: "
 _MOST_LEFT_OUT = 20
-_INTERVALS = (
-    "Intervals: trials of one problem are alike, so that problems are the sample. Shares have Wilson's interval for "
-    "the effective number of trials, means Student's t corrected for skewness (Hall), differences Student's t, medians "
-    "Woodruff's interval; each with the number of problems less one as degrees of freedom. In simulations with 10 to "
-    "40 problems they contain the truth in 93 to 97 % of the cases; the usual bootstrap over problems in 86 to 94 %."
-)
-_OBJECTIVE = (
-    "Ranking: the paper's primary objective is the number of picks until the target is retrieved, its secondary one "
-    "the number of objects dropped. A trial that never retrieved the target counts as its whole budget. Planners that "
-    "a permutation test over problems cannot tell from the best one (p of .05 or more, corrected for the number of "
-    "planners) are a tie; among these, one that certainly drops fewer objects is preferred."
-)
-
-
-@dataclass(frozen=True)
-class View:
-    """The command that shows the trials in a browser, "" without any, and whether its page has the report."""
-
-    command: str
-    serves_report: bool
-
-    @property
-    def advice(self) -> str:
-        """A line for the user."""
-        if self.serves_report:
-            return f"To follow its links pick by pick, open Report in the page of: {self.command} --open"
-        return f"Its trials, pick by pick: {self.command} --open" if self.command else ""
 
 
 @dataclass(frozen=True)
 class Report:
-    """The report on disk."""
+    """The report on disk; `advice` is a line for the user on how to see its trials, "" if they cannot be seen."""
 
     directory: Path
     page: Path
-    view: View
+    advice: str
     summary: dict[str, Any]
 
 
@@ -79,17 +49,23 @@ def write_report(roots: Sequence[Path], out: Path, gallery: int = 24) -> Report:
     """
     table = read_tables(roots)
     ranking = rank_on_common_ground(table)
-    pictures = draw_all(table, [s.planner for s in ranking.standings])
-    shown = any(address_of(table, row) for row in table.rows)
-    serves_report = shown and out.resolve() == (table.root / REPORT.parent).resolve()
-    view = View(table.view_command if shown else "", serves_report)
     planners = [s.planner for s in ranking.standings]
+    pictures = draw_all(table, planners)
+    view = table.view_command if any(address_of(table, row) for row in table.rows) else ""
+    served = bool(view) and out.resolve() == (table.root / REPORT.parent).resolve()
+    links: list[str | Link] = [_TO_COMMANDS] if view else []
+    advice = ""
+    if served:
+        links += [_TO_PICKS, Link(view, kind="code")]
+        advice = f"To follow its links pick by pick, open Report in the page of: {view} --open"
+    elif view:
+        advice = f"Its trials, pick by pick: {view} --open"
     trials = f"{sum(r.completed for r in table.rows)} trials, {len(table.problems)} problems, {len(planners)} planners"
     conditions = f", with {table.conditions}" if table.conditions else ""
     title = f"{table.root.resolve().name or 'Report'}: {trials}{conditions}"
-    verdict, sections = ranking.verdict, _sections(table, ranking, pictures, gallery, view)
-    html = html_page(title, verdict, sections, openings(table))
-    markdown = markdown_page(title, verdict, sections, _FIGURES)
+    sections = _sections(table, ranking, planners, pictures, gallery, links)
+    html = html_page(title, ranking.verdict, sections, openings(table))
+    markdown = markdown_page(title, ranking.verdict, sections, _FIGURES)
     try:
         (out / _FIGURES).mkdir(parents=True, exist_ok=True)
         for picture in pictures:
@@ -100,50 +76,47 @@ def write_report(roots: Sequence[Path], out: Path, gallery: int = 24) -> Report:
         (out / "report.md").write_text(markdown, encoding="utf-8")
     except OSError as error:
         raise InputError(f"Cannot write to '{out}': {error.strerror}. Choose another --out.") from error
-    return Report(out, out / "index.html", view, _summary(ranking))
+    return Report(out, out / "index.html", advice, _summary(ranking))
 
 
 def _sections(
-    table: Table, ranking: Ranking, pictures: Sequence[Picture], gallery: int, view: View
+    table: Table,
+    ranking: Ranking,
+    planners: Sequence[str],
+    pictures: Sequence[Picture],
+    gallery: int,
+    links: Sequence[str | Link],
 ) -> list[Section]:
-    planners = [s.planner for s in ranking.standings]
-    references = tables.references_table(ranking.standings, ranking.table)
+    """Return the sections of the pages; `links` say where the squares of the trials lead."""
+    standings, ranked = ranking.standings, ranking.table
+    competing = tables.ranking_table(standings, ranked, ranking.comparable)
+    references = tables.references_table(standings, ranked)
     open_tables = [
-        sets_table(table, planners, ranking.verdict.planner),
-        within_table(table, planners),
-        scores_table(table, planners),
-        give_ups_table(table, planners),
+        tables.sets_table(table, planners, ranking.verdict.planner),
+        tables.within_table(table, planners),
+        tables.scores_table(table, planners),
+        tables.give_ups_table(table, planners),
         tables.comparison_table(table, planners),
         tables.measures_table(table, planners),
         *tables.causes_tables(table, planners),
         tables.promises_table(table, planners),
-        vlm_table(table, planners),
+        tables.vlm_table(table, planners),
         beaten_table(table),
         tables.errors_table(table),
     ]
     shown, failed = failures(table, planners, gallery)
     caption = f"{len(shown)} of {failed} failed trials, one of each cause in turn. Click a picture to see that pick."
-    links = (
-        (_TO_COMMANDS, _TO_PICKS, Link(view.command, kind="code")) if view.serves_report else (_TO_COMMANDS,)
-    )
+    how = "How this was made"
+    with_rows = [t for t in open_tables if t.rows]
     return [
-        Section("", [tables.ranking_table(ranking.standings, ranking.table, ranking.comparable)]),
+        *([Section("", [competing])] if competing.rows else []),
         *([Section(references.title, [references])] if references.rows else []),
         *_registered_sections(table),
         Section("The paper's figures, from these trials", pictures, "figures"),
-        *(
-            Section(t.title, [t], "" if i else "tables")
-            for i, t in enumerate(t for t in open_tables if t.rows)
-        ),
-        Section(
-            "Every trial", [(*KEY, *(links if view.command else ())), trial_board(table, planners)], "trials"
-        ),
+        *(Section(t.title, [t], "" if i else "tables") for i, t in enumerate(with_rows)),
+        Section("Every trial", [(*KEY, *links), trial_board(table, planners)], "trials"),
         Section("Failures", [caption if failed else "No completed trial failed.", *shown], "failures"),
-        Section(
-            "How this was made",
-            [_OBJECTIVE, BOUNDS, _INTERVALS, f"Diamonds: {CITATION}.", *_origins(table)],
-            "method",
-        ),
+        Section(how, [*words()[how], f"Diamonds: {CITATION}.", *_origins(table)], "method"),
     ]
 
 
@@ -178,24 +151,66 @@ def _origins(table: Table) -> list[str]:
 
 
 def _summary(ranking: Ranking) -> dict[str, Any]:
-    planners = []
-    for s in ranking.standings:
-        done = ranking.table.completed(s.planner)
-        measures = {m.name: _plain(m.of(done)) for m in MEASURES}
-        scores = {name: _plain(found) for name, found in score_summary(ranking.table, s.planner).items()}
-        counts = {"planned": s.planned, "played": s.played, "completed": s.completed}
-        facts = {"planner": s.planner, "reference": s.reference, "tie_with_the_best": s.ties}
-        planners.append({**facts, **counts, "measures": measures, "scores": scores})
+    table = ranking.table
+    planners = [
+        {
+            "planner": s.planner,
+            "reference": s.reference,
+            "tie_with_the_best": s.ties,
+            "planned": s.planned,
+            "played": s.played,
+            "completed": s.completed,
+            "measures": {m.name: _plain(m.of(table.completed(s.planner))) for m in MEASURES},
+            "scores": {name: _plain(found) for name, found in scores(table, s.planner).items()},
+        }
+        for s in ranking.standings
+    ]
     return {
         "format": REPORT_FORMAT,
         "answer": ranking.verdict.answer,
         "planner": ranking.verdict.planner,
         "warnings": list(ranking.verdict.warnings),
         "ranking": planners,
-        "oracle_bound": bound_summary(ranking.table),
+        "oracle_bound": bound_summary(table),
     }
 
 
 def _plain(found: Estimate) -> dict[str, float | int | None]:
     """Replace NaN and infinity, which JSON lacks, by None."""
     return {k: v if abs(v) < float("inf") else None for k, v in asdict(found).items()}
+
+
+def track(report: Report, where: str) -> None:
+    """Log each planner's measures, and the report's page, to `where`: mlflow:EXPERIMENT or wandb:PROJECT.
+
+    The trackers' own environment variables give the server (MLFLOW_TRACKING_URI; WANDB_API_KEY, WANDB_MODE). Raises
+    InputError: another tracker, no name, or its library is not installed.
+    """
+    tracker, _, name = where.partition(":")
+    if tracker not in ("mlflow", "wandb") or not name:
+        raise InputError(f"{where!r} is no tracker. Write mlflow:EXPERIMENT or wandb:PROJECT.")
+    try:
+        library: Any = import_module(tracker)
+    except ImportError:
+        raise InputError(f"{tracker} is not installed: pip install {tracker}") from None
+    if tracker == "mlflow":
+        library.set_experiment(name)
+    for standing in report.summary["ranking"]:
+        planner = standing["planner"]
+        metrics = {
+            name.replace(",", "") + suffix: measure[key]  # MLflow allows no commas in names
+            for name, measure in standing["measures"].items()
+            for key, suffix in (("value", ""), ("low", " low"), ("high", " high"))
+            if measure[key] is not None
+        }
+        facts = {key: value for key, value in standing.items() if key != "measures"}
+        if tracker == "mlflow":
+            with library.start_run(run_name=planner):
+                library.log_params(facts)
+                library.log_metrics(metrics)
+                library.log_artifact(str(report.page))
+        else:
+            run = library.init(project=name, name=planner, config=facts)
+            run.log(metrics)
+            run.save(str(report.page), base_path=str(report.directory), policy="now")
+            run.finish()

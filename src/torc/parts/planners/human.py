@@ -1,3 +1,3 @@
 """A person at a page in the browser; `torc human` opens it."""
 
-from torc.web.expert import HumanPlanner as PART
+from torc.web.session import HumanPlanner as PART

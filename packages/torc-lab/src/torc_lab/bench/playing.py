@@ -15,9 +15,8 @@ import numpy as np
 
 import torc
 from torc import InputError, TorcError
-from torc.benchmark.preflight import find_around
 from torc.benchmark.rows import REAL
-from torc.benchmark.spec import BenchPlanner, BenchProblem, BenchSpec, PlannedTrial, make_spec
+from torc.benchmark.spec import BenchPlanner, BenchProblem, BenchSpec, PlannedTrial, find_around, make_spec
 from torc.benchmark.store import TRIAL, Store
 from torc.episode.events import Event, Executed, Halted, Looked
 from torc.io.reading import read_text
@@ -32,7 +31,7 @@ from torc_lab.scenes.laying_out import THRESHOLD, lay_out
 from torc_lab.scenes.scene import Scene
 
 if TYPE_CHECKING:
-    from torc.web.camera_page import CameraBoard
+    from torc.web.frames import FrameBoard
 
 
 def plan_lab_bench(
@@ -86,7 +85,7 @@ class LabBench:
     person: Person
     confirm: Confirming = "motion"
     threshold: float = THRESHOLD
-    board: "CameraBoard | None" = None
+    board: "FrameBoard | None" = None
     vlm_cache: CacheConfig | None = None
 
     def play(self, limit: int | None = None) -> int:

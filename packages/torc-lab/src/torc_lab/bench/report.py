@@ -8,8 +8,7 @@ from math import comb
 from scipy.stats import fisher_exact
 
 from torc import Table
-from torc.benchmark.comparison import ALPHA
-from torc.benchmark.intervals import LEVEL
+from torc.benchmark.intervals import ALPHA, LEVEL
 from torc.benchmark.measures import COST, DROP_FREE, DROPS, SUCCESS
 from torc.benchmark.paper import (
     REAL_CITATION,

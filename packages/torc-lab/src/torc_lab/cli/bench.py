@@ -89,7 +89,7 @@ class LabBenchCommand:
             return self._play(lab, store, spec, found)
 
     def _play(self, lab: Lab, store: Store, spec: BenchSpec, found: dict[Path, Scene]) -> int:
-        from torc.benchmark.manifest import begin_call, end_call
+        from torc.benchmark.store import begin_call, end_call
         from torc_lab.bench.playing import LabBench, keep_scenes
         from torc_lab.person import Person
         from torc_lab.scenes.laying_out import live_page

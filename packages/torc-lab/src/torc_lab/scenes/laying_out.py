@@ -21,7 +21,7 @@ from torc_lab.scenes.scene import Eyes, Scene
 from torc_lab.screen import LiveView, picture_page, show_next
 
 if TYPE_CHECKING:
-    from torc.web.camera_page import CameraBoard
+    from torc.web.frames import FrameBoard
 
 THRESHOLD = 0.8
 """Least overlap of each object: about a centimetre of an object of usual size (docs/laboratory.md)."""
@@ -126,7 +126,7 @@ def check_rest_pose(lab: Lab, person: Person) -> None:
 
 
 @contextmanager
-def live_page(wanted: bool, options: PageOptions) -> Iterator["CameraBoard | None"]:
+def live_page(wanted: bool, options: PageOptions) -> Iterator["FrameBoard | None"]:
     """The page beside which a scene is laid out, if one is wanted. Raises MissingDependencyError, InputError."""
     if not wanted:
         yield None
@@ -140,7 +140,7 @@ def lay_out(
     scene: Scene,
     person: Person,
     threshold: float = THRESHOLD,
-    board: "CameraBoard | None" = None,
+    board: "FrameBoard | None" = None,
 ) -> Layout | None:
     """Guides the person until every object overlaps by the threshold, or the person's word; None if the person stops.
 
@@ -169,7 +169,7 @@ def lay_out(
 
 
 @contextmanager
-def _shown(view: View, board: "CameraBoard | None") -> Iterator[View]:
+def _shown(view: View, board: "FrameBoard | None") -> Iterator[View]:
     """Shows it on a page during the `with`, while somebody looks there."""
     if board is None:
         yield view
