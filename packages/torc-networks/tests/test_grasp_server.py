@@ -10,11 +10,20 @@ from torc.pipeline.building import make_stage
 from torc.registry.context import BuildContext
 from torc.specs.conditions import PipelineSpec
 from torc.testing.grasp_conformance import CASES, check_case
-from torc_networks.grasping.contact_graspnet import ContactGraspNetConfig, ContactGraspNetPlanner
-from torc_networks.grasping.graspgenx import GraspGenXConfig, GraspGenXPlanner
-from torc_networks.serving.grasping import grasp_handlers, scene_of_points
+from torc_networks.grasping.planners import (
+    ContactGraspNetConfig,
+    ContactGraspNetPlanner,
+    GraspGenXConfig,
+    GraspGenXPlanner,
+)
+from torc_networks.serving.handlers import GraspHandlers, scene_of_points
 
 NAN = float("nan")
+
+
+def _handlers(gripper, workspace):
+    handlers = GraspHandlers(gripper, workspace)
+    return {"infer": handlers.infer, "grasps": handlers.grasps}
 
 
 def _plan(planner, view, seed=0):
@@ -24,7 +33,7 @@ def _plan(planner, view, seed=0):
 @pytest.mark.parametrize("case", CASES[:3] + CASES[5:], ids=lambda case: case.name)
 @pytest.mark.parametrize("stage", [GraspGenXPlanner, *long(ContactGraspNetPlanner)])
 def test_it_conforms_with_torcs_own_planner_behind_the_server(stage, case, gripper, workspace, server_of):
-    server = server_of(**grasp_handlers(gripper, workspace))
+    server = server_of(**_handlers(gripper, workspace))
     config = GraspGenXConfig if stage is GraspGenXPlanner else ContactGraspNetConfig
 
     def make(gripper, support_z_m):
@@ -48,7 +57,7 @@ def test_what_torcs_own_planner_proposes_behind_a_server_comes_back_as_it_was(
         return found
 
     monkeypatch.setattr(GeometricGraspPlanner, "plan", spied)
-    server = server_of(**grasp_handlers(gripper, workspace))
+    server = server_of(**_handlers(gripper, workspace))
     made = {
         "graspgenx": (GraspGenXPlanner, GraspGenXConfig),
         "contact-graspnet": (ContactGraspNetPlanner, ContactGraspNetConfig),
@@ -77,7 +86,7 @@ def test_what_torcs_own_planner_proposes_behind_a_server_comes_back_as_it_was(
 )
 def test_torcs_own_server_refuses_bad_requests(gripper, workspace, wrong):
     with pytest.raises(InputError):
-        grasp_handlers(gripper, workspace)["grasps"](wrong)
+        GraspHandlers(gripper, workspace).grasps(wrong)
 
 
 def test_normals_of_bare_points_are_those_that_were_seen(view):

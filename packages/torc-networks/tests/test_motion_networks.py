@@ -16,7 +16,7 @@ from torc.robots.kinematics import tool0_poses
 from torc.specs.conditions import Conditions
 from torc.testing.motion_conformance import check_motion_planner, requests
 from torc_networks.motion.planner import CuroboConfig, CuroboMotionPlanner
-from torc_networks.serving.planning import plan_handler
+from torc_networks.serving.handlers import plan_handler
 
 FREE_MOTIONS = ("free", "transfer", "home")
 

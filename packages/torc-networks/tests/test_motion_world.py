@@ -10,7 +10,7 @@ from torc.motion.config import MotionConfig
 from torc.motion.space import free_space
 from torc.testing.motion_conformance import requests
 from torc_networks.motion.world import attached_spheres, voxel_esdf, world_fields
-from torc_networks.serving.planning import plan_handler
+from torc_networks.serving.handlers import plan_handler
 
 
 @pytest.fixture

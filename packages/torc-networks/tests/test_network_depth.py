@@ -15,7 +15,7 @@ from torc.testing.depth_conformance import check_depth
 from torc.testing.synthetic import synthetic_observation
 from torc_networks.addresses import ServerConfig
 from torc_networks.depth import NetworkDepth, NetworkDepthConfig
-from torc_networks.serving.seeing import stereo_handler
+from torc_networks.serving.handlers import stereo_handler
 
 FX, BASELINE, SHAPE = 200.0, 0.1, (6, 60)
 """So a disparity of 20 px is 1 m."""

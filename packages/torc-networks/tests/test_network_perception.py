@@ -14,7 +14,7 @@ from torc.testing.contexts import box, small_mount
 from torc.testing.perception_conformance import check_perception
 from torc.testing.synthetic import synthetic_observation
 from torc_networks.perception import NetworkPerception, NetworkPerceptionConfig
-from torc_networks.serving.seeing import segment_handler
+from torc_networks.serving.handlers import segment_handler
 
 THINGS = (
     box(0, 0.72, -0.1, (0.06, 0.06, 0.2)),

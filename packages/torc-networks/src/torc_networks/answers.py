@@ -1,4 +1,4 @@
-"""What servers answer, as records: sound as far as concerns every user, finite, rigid, probabilities."""
+"""Read what servers answer as records, sound in what concerns every user: finite, rigid, probabilities."""
 
 from dataclasses import dataclass
 
@@ -8,11 +8,12 @@ from jaxtyping import Bool, Float, Float32, Int
 from torc_networks.fields import Fields
 
 _MOST_MASKS = 1000
+_MOST_TEXT = 500
 
 
 @dataclass(frozen=True)
 class Masks:
-    """Objects in a picture, which may be of another size than the one that was sent.
+    """Objects in a picture; the masks may have another size than the picture that was sent.
 
     Attributes:
         masks: one per object; they may overlap.
@@ -24,26 +25,14 @@ class Masks:
 
 
 @dataclass(frozen=True)
-class Disparity:
-    """Of the left picture, maybe at another size than was sent; in pixels of this size, 0 or not finite for none.
-
-    Attributes:
-        confidence: 0 to 1; None where the server tells none.
-    """
-
-    disparity_px: Float32[np.ndarray, "h w"]
-    confidence: Float32[np.ndarray, "h w"] | None
-
-
-@dataclass(frozen=True)
 class Grasps:
-    """Gripper poses, by what the network's own frame is.
+    """Gripper poses, in the network's own gripper frame.
 
     Attributes:
         Ts: rigid; in the frame of the points that were sent.
         confidences: 0 to 1.
-        widths_m: distance of the pads on the object; NaN where the server does not tell.
-        object_ids: of the points' objects; None where the points were one object's.
+        widths_m: distance between the pads on the object; NaN if the server does not say.
+        object_ids: owner of each grasp; None if the points were of one object.
     """
 
     Ts: Float[np.ndarray, "n 4 4"]
@@ -61,9 +50,7 @@ class Motion:
 
 
 def read_masks(answer: Fields) -> Masks:
-    """{masks (n, h, w) of truth values or 0 and 1} or {labels (h, w): a mask's number per pixel, negative for none},
-    {scores (n)}.
-    """
+    """Read masks (n, h, w; booleans, or 0 and 1) or labels (h, w; a mask's number, negative for none), and scores."""
     if answer.has("masks") == answer.has("labels"):
         raise answer.refuse("it must hold either 'masks' or 'labels'.")
     count = len(answer.array("scores", (None,), "iuf"))
@@ -71,47 +58,53 @@ def read_masks(answer: Fields) -> Masks:
         raise answer.refuse(f"it holds {count} masks; {_MOST_MASKS} are the most.")
     scores = answer.probabilities("scores", count).astype(np.float32)
     if answer.has("masks"):
-        masks = answer.array("masks", (count, None, None), "biu")
-        if masks.dtype != np.bool_ and ((masks < 0) | (masks > 1)).any():
+        given = answer.array("masks", (count, None, None), "biu")
+        masks = given.astype(np.bool_)
+        if (given != masks).any():
             raise answer.refuse("'masks' must be truth values, or 0 and 1.")
-        return Masks(masks.astype(np.bool_), scores)
+        return Masks(masks, scores)
     labels = answer.array("labels", (None, None), "iu")
-    if labels.size and int(labels.max()) >= count:
+    if (labels >= count).any():
         raise answer.refuse(f"'labels' go up to {labels.max()}, and there are {count} scores.")
     return Masks(labels == np.arange(count)[:, None, None], scores)
 
 
-def read_disparity(answer: Fields) -> Disparity:
-    """{disparity (h, w), confidence (h, w) if the server has one}."""
+def read_disparity(
+    answer: Fields,
+) -> tuple[Float32[np.ndarray, "h w"], Float32[np.ndarray, "h w"] | None]:
+    """Read the disparity of the left picture, and its confidence (0 to 1; None if the server has none).
+
+    The disparity is in pixels of its own size, which may differ from the pictures'; 0 or not finite means none.
+    """
     disparity, confidence = answer.array("disparity", (None, None), "f"), None
     if disparity.size == 0:
         raise answer.refuse("'disparity' is empty.")
     with np.errstate(over="ignore"):  # what is too large for float32 is infinite
         if answer.has("confidence"):
             confidence = answer.array("confidence", disparity.shape, "f").astype(np.float32)
-        return Disparity(disparity.astype(np.float32), confidence)
+        return disparity.astype(np.float32), confidence
 
 
-def read_grasps(answer: Fields, tells_objects: bool = False) -> Grasps:
-    """{grasps (n, 4, 4), confidences (n), widths (n) if the server knows them}; with `tells_objects` object_ids (n)."""
+def read_grasps(answer: Fields, of_scene: bool = False) -> Grasps:
+    """Read grasps (n, 4, 4), confidences, widths if the server knows them; for a scene also object_ids."""
     Ts = answer.poses("grasps")
     n = len(Ts)
     if n == 0:
         none = np.zeros(0)
-        return Grasps(Ts, none, none, np.zeros(0, np.int64) if tells_objects else None)
+        return Grasps(Ts, none, none, np.zeros(0, np.int64) if of_scene else None)
     confidences, widths = answer.probabilities("confidences", n), np.full(n, np.nan)
     if answer.has("widths"):
         widths = answer.array("widths", (n,), "f").astype(np.float64)
         if (widths < 0).any() or np.isinf(widths).any():
             raise answer.refuse("'widths' must be metres, or NaN where they are not known.")
-    ids = answer.array("object_ids", (n,), "iu").astype(np.int64) if tells_objects else None
+    ids = answer.array("object_ids", (n,), "iu").astype(np.int64) if of_scene else None
     return Grasps(Ts, confidences, widths, ids)
 
 
 def read_motion(answer: Fields, dof: int) -> Motion | str:
-    """{times (t), positions (t, dof)}, or {failure: why there is no motion}."""
+    """Read times (t) and positions (t, dof), or the reason why there is no motion."""
     if answer.has("failure"):
-        return answer.text("failure")
+        return str(answer.values["failure"])[:_MOST_TEXT]
     times = answer.finite("times", (None,))
     if len(times) < 2 or times[0] != 0 or (np.diff(times) <= 0).any():
         raise answer.refuse("'times' must begin with 0 and rise.")
