@@ -25,4 +25,4 @@ def test_files_of_the_data_set(tmp_path):
     ReplyFile(tmp_path / "run").add(RecordedReply("b", "Answer: 2"))
     written = tmp_path / "run" / "replies.jsonl"
     marked(written, written.read_text(encoding="utf-8"))
-    assert ReplyFile(tmp_path / "run").found["b"].text == "Answer: 2"
+    assert ReplyFile(tmp_path / "run").found["b"].reply == "Answer: 2"

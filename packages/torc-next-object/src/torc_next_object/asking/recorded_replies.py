@@ -1,15 +1,12 @@
-"""Replies on disk, a line of JSON each, appended as they come: a run that was cut off goes on where it was."""
+"""Replies on disk, a line of JSON each, appended as they come: an interrupted run continues where it was."""
 
 import hashlib
 import json
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from threading import Lock
-from typing import Any
 
-from torc import InputError
 from torc.io.reading import read_text
 from torc.vlm.protocol import Reply
 from torc.vlm.replies import MAX_CHARACTERS
@@ -19,115 +16,73 @@ NAME = "replies.jsonl"
 
 @dataclass(frozen=True)
 class RecordedReply:
-    """What a model wrote about a row, and what that took.
+    """A model's reply about a row, as a line of the file has it.
 
     Attributes:
-        text: its last characters, all that is ever read.
+        id: of the row.
+        reply: the end of the text, which is all that is ever read.
         finish: how it ended, a `torc.vlm.protocol.Finish`.
-        sent, written: tokens; None where the server does not tell. Thinking is part of what is written.
+        model_version: as the server reports it.
+        sent, written: tokens; None if the server does not report them. Thinking is part of what is written.
+        seconds: until the reply was there.
     """
 
     id: str
-    text: str
+    reply: str
     finish: str = "complete"
     model_version: str = ""
     sent: int | None = None
     written: int | None = None
     seconds: float = field(default=0.0, compare=False)
 
-    def line(self) -> str:
-        """As it stands in the file."""
-        facts = {
-            "id": self.id,
-            "reply": self.text,
-            "finish": self.finish,
-            "model_version": self.model_version,
-        }
-        return json.dumps({**facts, "sent": self.sent, "written": self.written, "seconds": self.seconds})
-
 
 def recorded_reply(row_id: str, reply: Reply) -> RecordedReply:
-    """A reply as it is kept."""
-    tokens = reply.tokens
+    """Return a reply as it is kept."""
     return RecordedReply(
         row_id,
         reply.text[-MAX_CHARACTERS:],
         reply.finish.value,
         reply.model_version,
-        tokens.prompt,
-        tokens.reply,
+        reply.tokens.prompt,
+        reply.tokens.reply,
         round(reply.latency_s, 3),
     )
 
 
 class ReplyFile:
-    """The replies of one run; `found` are those that were there. A last line that was cut off is forgotten."""
+    """The replies of one run; `found` are all so far. Damaged lines, such as one that was cut off, are dropped."""
 
     def __init__(self, directory: Path) -> None:
         self.path = directory / NAME
-        self._lock = Lock()
-        whole, self.found = _read(self.path)
-        if not whole:
-            text = "".join(reply.line() + "\n" for reply in self.found.values())
+        self.found: dict[str, RecordedReply] = {}
+        text = read_text(self.path, "replace") if self.path.exists() else ""
+        for line in filter(None, text.split("\n")):
+            try:
+                reply = RecordedReply(**json.loads(line))
+            except (ValueError, TypeError, RecursionError):
+                continue
+            if isinstance(reply.id, str) and isinstance(reply.reply, str):
+                self.found.setdefault(reply.id, reply)
+        whole = "".join(_line(reply) for reply in self.found.values())
+        if text != whole:
             temporary = self.path.with_name(self.path.name + ".tmp")
-            temporary.write_text(text, encoding="utf-8")
+            temporary.write_text(whole, encoding="utf-8")
             os.replace(temporary, self.path)
 
     def add(self, reply: RecordedReply) -> None:
         """Append one; it is on the disk when this returns."""
-        with self._lock, open(self.path, "a", encoding="utf-8") as file:
-            file.write(reply.line() + "\n")
+        with open(self.path, "a", encoding="utf-8") as file:
+            file.write(_line(reply))
             file.flush()
             os.fsync(file.fileno())
-            self.found[reply.id] = reply
-
-
-def read_replies(path: Path) -> dict[str, RecordedReply]:
-    """Replies by row. Raises InputError where there is no such file."""
-    if not path.is_file():
-        raise InputError(f"There are no replies at '{path}'.")
-    return _read(path)[1]
+        self.found[reply.id] = reply
 
 
 def replies_digest(replies: Mapping[str, RecordedReply]) -> str:
-    """SHA-256 of all that was replied, whatever the order."""
-    said = json.dumps([[i, replies[i].text] for i in sorted(replies)])
+    """Return the SHA-256 of all replies, whatever their order."""
+    said = json.dumps([[i, replies[i].reply] for i in sorted(replies)])
     return hashlib.sha256(said.encode()).hexdigest()
 
 
-def _read(path: Path) -> tuple[bool, dict[str, RecordedReply]]:
-    """Whether every line was one, and the replies; of two for a row the first counts."""
-    if not path.exists():
-        return True, {}
-    lines = read_text(path, "replace").split("\n")
-    found: dict[str, RecordedReply] = {}
-    whole = lines[-1] == ""
-    for line in filter(None, lines):
-        reply = _parsed(line)
-        if reply is None:
-            whole = False
-        else:
-            found.setdefault(reply.id, reply)
-    return whole, found
-
-
-def _parsed(line: str) -> RecordedReply | None:
-    try:
-        data: Any = json.loads(line)
-        row_id, text = data["id"], data["reply"]
-    except (ValueError, TypeError, KeyError, RecursionError):
-        return None
-    if not isinstance(row_id, str) or not isinstance(text, str):
-        return None
-    counts = [data.get(name) for name in ("sent", "written")]
-    sent, written = (n if type(n) is int and n >= 0 else None for n in counts)
-    seconds = data.get("seconds")
-    return RecordedReply(
-        row_id,
-        text,
-        str(data.get("finish", "complete")),
-        str(data.get("model_version", "")),
-        sent,
-        written,
-        float(seconds) if isinstance(seconds, int | float) else 0.0,
-    )
+def _line(reply: RecordedReply) -> str:
+    return json.dumps(asdict(reply)) + "\n"
