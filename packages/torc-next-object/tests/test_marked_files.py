@@ -2,7 +2,7 @@
 
 import json
 
-from torc_next_object.asking.recorded_replies import RecordedReply, ReplyFile
+from torc_next_object.asking.evaluation import RecordedReply, ReplyFile
 from torc_next_object.cli.next_object import read_replies
 from torc_next_object.making.known_values import KnownValues
 

@@ -4,7 +4,7 @@ A row here is any mapping with COLUMNS, which `torc_next_object.schema` explains
 """
 
 import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -176,45 +176,36 @@ def _part(scored: Sequence[Scored]) -> dict[str, Any]:
     place = {scene: i for i, scene in enumerate(scenes)}
     sums = np.zeros((len(scenes), 5))
     for s in ordered:
-        counts = float(s.counts)
-        sums[place[s.scene]] += (1.0, float(s.top1), s.lost, counts * s.lost, counts * s.spread)
+        row = (1.0, float(s.top1), s.lost, s.counts * s.lost, s.counts * s.spread)
+        sums[place[s.scene]] += row
     drawn = np.random.default_rng(SEED).integers(len(scenes), size=(RESAMPLES, len(scenes)))
-    again = sums[drawn].sum(axis=1)
-    total = sums.sum(axis=0)
-    regret_low, regret_high = _interval(_regret, again)
-    top1_low, top1_high = _interval(_top1, again)
+    total, again = sums.sum(axis=0), sums[drawn].sum(axis=1)
+    regret, regret_low, regret_high = _ratio(total, again, 3, 4)
+    top1, top1_low, top1_high = _ratio(total, again, 1, 0)
     return {
         "rows": len(ordered),
         "scenes": len(scenes),
         "counted": sum(s.counts for s in ordered),
-        "regret": _regret(total),
+        "regret": regret,
         "regret_low": regret_low,
         "regret_high": regret_high,
         "lost": float(total[2] / total[0]),
-        "top1": _top1(total),
+        "top1": top1,
         "top1_low": top1_low,
         "top1_high": top1_high,
         "invalid": sum(s.number is None for s in ordered) / len(ordered),
     }
 
 
-def _regret(sums: np.ndarray) -> float | None:
-    return float(sums[3] / sums[4]) if sums[4] > 0 else None
-
-
-def _top1(sums: np.ndarray) -> float:
-    return float(sums[1] / sums[0])
-
-
-def _interval(
-    measure: Callable[[np.ndarray], float | None], samples: np.ndarray
-) -> tuple[float | None, float | None]:
-    """Return the measure's 2.5 % and 97.5 % quantiles over resampled sums; None if it is defined for none."""
-    found = [value for value in map(measure, samples) if value is not None]
-    if not found:
-        return None, None
-    low, high = np.quantile(found, (0.025, 0.975))
-    return float(low), float(high)
+def _ratio(
+    total: np.ndarray, again: np.ndarray, over: int, by: int
+) -> tuple[float, float, float] | tuple[None, None, None]:
+    """Return the ratio of two columns of sums, and its 2.5 % and 97.5 % quantiles over resampled sums."""
+    if total[by] <= 0:
+        return None, None, None
+    counted = again[again[:, by] > 0]
+    low, high = np.quantile(counted[:, over] / counted[:, by], (0.025, 0.975))
+    return float(total[over] / total[by]), float(low), float(high)
 
 
 def _group(bounds: Sequence[tuple[str, float]], value: float) -> str:

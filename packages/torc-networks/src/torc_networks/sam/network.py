@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 from torc import InputError
 from torc.errors import MissingDependencyError, extra_remedy
@@ -21,27 +21,12 @@ _ONE_INDEX = (
 )
 
 
-@dataclass(frozen=True)
-class Runtime:
-    """Where a network runs.
+class Runtime(NamedTuple):
+    """Where a network runs: device, bfloat16 where that is safe (autocast), threads of the processor."""
 
-    Attributes:
-        device: cpu, or cuda for an NVIDIA GPU.
-        half: use bfloat16 where that is safe (autocast); on cuda alone.
-        threads: number of threads of the processor.
-    """
-
-    device: Literal["cpu", "cuda"] = "cpu"
+    device: str = "cpu"
     half: bool = False
     threads: int = 1
-
-    def __post_init__(self) -> None:
-        if self.device not in ("cpu", "cuda"):
-            raise InputError(f"The device is cpu or cuda, not '{self.device}'.")
-        if self.half and self.device != "cuda":
-            raise InputError("Half precision is for cuda alone: set device to cuda, or half to False.")
-        if self.threads < 1:
-            raise InputError(f"A network runs on at least one thread, not {self.threads}.")
 
 
 class Kind(NamedTuple):
@@ -100,7 +85,12 @@ def load_network(kind: Kind, weights: str, runtime: Runtime) -> Network:
             "device is cuda, but torch finds no NVIDIA GPU here, or was built without CUDA: use device cpu, or "
             "install torch and torchvision as https://pytorch.org/get-started says."
         )
-    place = _place(weights)
+    folder = Path(weights).expanduser()
+    is_folder = bool(weights) and folder.is_dir()
+    if not is_folder and (weights.count("/") != 1 or weights[0] in "~./"):
+        raise InputError(
+            f"There is no folder '{weights}' with weights: give one, or an id such as facebook/sam2.1-hiera-tiny."
+        )
     try:
         made_by, made_as = (getattr(transformers, name) for name in (kind.processor, kind.model))
     except (AttributeError, ImportError) as error:
@@ -108,6 +98,7 @@ def load_network(kind: Kind, weights: str, runtime: Runtime) -> Network:
             f"{kind.title} in transformers {transformers.__version__}", extra_remedy("sam")
         ) from error
     try:
+        place = str(folder) if is_folder else weights
         processor = made_by.from_pretrained(place)
         model, told = made_as.from_pretrained(place, output_loading_info=True)
     except Exception as error:  # a stranger's files may fail in any way
@@ -115,7 +106,7 @@ def load_network(kind: Kind, weights: str, runtime: Runtime) -> Network:
         text = (
             f"The weights '{weights}' of {kind.title} cannot be loaded ({first.split('. ')[0].rstrip('.')})."
         )
-        if place == weights:
+        if not is_folder:
             text += (
                 f" If they are gated, ask for access at https://huggingface.co/{weights}, then run `hf auth login`. "
                 f"Without a network here, run `hf download {weights} --local-dir DIR` where there is one, and name the "
@@ -142,15 +133,3 @@ def _libraries() -> tuple[Any, Any]:
     except (RuntimeError, OSError) as error:  # built for another torch
         raise MissingDependencyError(f"A torchvision that fits torch ({error})", _ONE_INDEX) from error
     return torch, transformers
-
-
-def _place(weights: str) -> str:
-    """Return the folder's path, or the id. Raises InputError for a path without a folder."""
-    path = Path(weights).expanduser()
-    if weights and path.is_dir():
-        return str(path)
-    if not weights or path.is_absolute() or weights[0] in "~." or weights.count("/") != 1:
-        raise InputError(
-            f"There is no folder '{weights}' with weights: give one, or an id such as facebook/sam2.1-hiera-tiny."
-        )
-    return weights

@@ -50,12 +50,10 @@ class WordsConfig(FromMasksConfig):
             raise InputError("object_word is empty; 'object' is the paper's.")
         if not 0 <= self.object_score <= 1 or self.most < 1:
             raise InputError("object_score must be from 0 to 1, and most at least 1.")
-        _ = self.runtime
-
-    @property
-    def runtime(self) -> Runtime:
-        """Where the networks run. Raises InputError for an impossible combination."""
-        return Runtime(self.device, self.half, self.threads)
+        if self.device not in ("cpu", "cuda") or self.threads < 1:
+            raise InputError("device must be cpu or cuda, and threads at least 1.")
+        if self.half and self.device != "cuda":
+            raise InputError("Half precision is for cuda alone: set device to cuda, or half to False.")
 
 
 @dataclass(frozen=True)
@@ -116,7 +114,8 @@ class WordsPerception(FromMasks):
         return masks if as_phrase(description) else Masks(masks.label, masks.sureness)
 
     def _network(self, kind: Kind, weights: str) -> Network:
-        return load_network(kind, weights, self.config.runtime)
+        config = self.config
+        return load_network(kind, weights, Runtime(config.device, config.half, config.threads))
 
 
 class GroundedSam2Perception(WordsPerception):

@@ -22,7 +22,6 @@ from torc.perception.embedded.perception import EmbeddedPerception
 from torc.perception.stereo import SgbmConfig, SgbmMatcher
 from torc.records import MAX_OBJECTS, GraspSet, PlanStage, SegmentedObject, SegmentedScene, VoxelGrid
 from torc.robots.description import RobotDescription
-from torc.robots.gripper import GripperDescription
 from torc.workspace.description import Workspace
 from torc_networks.fields import Fields, request
 from torc_networks.grasping.frames import PANDA_TIP_M, along_axes, fingertips
@@ -39,98 +38,69 @@ def own_handlers(
     robot: RobotDescription, workspace: Workspace, actions: tuple[str, ...] = ACTIONS
 ) -> dict[str, Handler]:
     """Return the handlers of these actions. Raises UnknownNameError for an unknown one."""
-    grasps = GraspHandlers(robot.gripper, workspace)
-    handlers = {
-        "segment": segment_handler(workspace),
-        "stereo": stereo_handler(SgbmConfig()),
-        "infer": grasps.infer,
-        "grasps": grasps.grasps,
-        "plan": plan_handler(robot, MotionConfig()),
-    }
     for name in actions:
-        if name not in handlers:
-            raise UnknownNameError("action", name, [*handlers])
-    return {name: handlers[name] for name in actions}
+        if name not in ACTIONS:
+            raise UnknownNameError("action", name, [*ACTIONS])
+    parts = OwnParts(robot, workspace)
+    return {name: getattr(parts, name) for name in actions}
 
 
-def segment_handler(workspace: Workspace) -> Handler:
-    """Return a handler from {rgb (h, w, 3), depth_m (h, w), K (3, 3), T_world_camera (4, 4)} to {labels (h, w), scores
-    (n)}, by the masks of `--perception embedded`; it ignores a prompt.
+class OwnParts:
+    """torc's own parts of one robot and workspace, a handler per action; docs/networks.md lists their fields.
+
+    The gripper is that of the robot, whatever a request says of it, and nothing is known of hidden space.
     """
-    perception = EmbeddedPerception(workspace=workspace)
 
-    def segment(asked: Mapping[str, Any]) -> Mapping[str, Any]:
+    def __init__(self, robot: RobotDescription, workspace: Workspace) -> None:
+        self.robot, self.workspace = robot, workspace
+        self.arrays, self.motion = robot_arrays(robot), MotionConfig()
+        self.perception = EmbeddedPerception(workspace=workspace)
+        self.planner = GeometricGraspPlanner(robot.gripper, workspace.support_z_m)
+
+    def segment(self, asked: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Return the masks of `--perception embedded`; a prompt is ignored."""
         fields = request(asked)
         rgb = fields.bytes("rgb", (None, None, 3))
         depth = fields.array("depth_m", rgb.shape[:2], "f").astype(np.float32)
         K, T_world_camera = fields.finite("K", (3, 3)), fields.pose("T_world_camera")
-        label, scores = perception.masks(Observation(rgb, depth, K, T_world_camera, np.zeros(0), 0.0))
+        observation = Observation(rgb, depth, K, T_world_camera, np.zeros(0), 0.0)
+        label, scores = self.perception.masks(observation)
         return {"labels": label, "scores": scores}
 
-    return segment
-
-
-def stereo_handler(config: SgbmConfig) -> Handler:
-    """Return a handler from {left, right (h, w) or (h, w, 3), max_disparity} to {disparity, confidence (h, w)}, by
-    semi-global block matching.
-    """
-
-    def stereo(asked: Mapping[str, Any]) -> Mapping[str, Any]:
+    def stereo(self, asked: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Return a disparity by semi-global block matching; the pictures may also be in colour."""
         fields = request(asked)
         left, right = (_grey(fields, side) for side in ("left", "right"))
         if left.shape != right.shape:
             raise fields.refuse(f"the left picture is {left.shape}, the right one {right.shape}.")
         most = fields.whole("max_disparity", 1, _MOST_DISPARITY_PX)
-        disparity, confidence = SgbmMatcher(most, config).match(left, right)
+        disparity, confidence = SgbmMatcher(most, SgbmConfig()).match(left, right)
         return {"disparity": disparity, "confidence": confidence}
 
-    return stereo
-
-
-def _grey(fields: Fields, side: str) -> UInt8[np.ndarray, "h w"]:
-    if getattr(fields.values.get(side), "ndim", 0) == 3:
-        return np.asarray(cv2.cvtColor(fields.bytes(side, (None, None, 3)), cv2.COLOR_RGB2GRAY), np.uint8)
-    return fields.bytes(side, (None, None))
-
-
-class GraspHandlers:
-    """Grasps by the geometric planner on points alone, in the frames of the networks that it stands in for.
-
-    Nothing is known of hidden space. The gripper is that of the server's own robot, whatever a request says of it.
-    """
-
-    def __init__(self, gripper: GripperDescription, workspace: Workspace) -> None:
-        self.gripper, self.workspace = gripper, workspace
-        self.planner = GeometricGraspPlanner(gripper, workspace.support_z_m)
-
     def infer(self, asked: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Answer {point_cloud (n, 3) of one object, world frame} by {grasps, confidences, num_grasps, widths}: poses of
-        the gripper's base, as GraspGen has them.
-        """
+        """Return grasps by the geometric planner: poses of the gripper's base, as GraspGen has them."""
         fields = request(asked)
         points = fields.finite("point_cloud", (None, 3)).astype(np.float32)
         ids = np.zeros(len(points), np.int64)
-        found = self._planned(fields, points, ids, self.workspace.camera.T_world_camera)
-        Ts = along_axes(found.Ts_world_tcp, -fingertips(self.gripper, found.widths_m))
+        found = self._grasps(fields, points, ids, self.workspace.camera.T_world_camera)
+        Ts = along_axes(found.Ts_world_tcp, -fingertips(self.robot.gripper, found.widths_m))
         numbers = {"confidences": found.scores, "widths": found.widths_m, "num_grasps": len(found)}
         return {"grasps": Ts, **numbers}
 
     def grasps(self, asked: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Answer {point_cloud (n, 3), camera frame, object_ids (n), T_world_camera} by {grasps, confidences, widths,
-        object_ids}: poses as Contact-GraspNet has them.
-        """
+        """Return grasps by the geometric planner: poses as Contact-GraspNet has them."""
         fields = request(asked)
         points = fields.finite("point_cloud", (None, 3))
         ids = fields.array("object_ids", (len(points),), "i").astype(np.int64)
         T_world_camera = fields.pose("T_world_camera")
         world = transform_points(T_world_camera, points).astype(np.float32)
-        found = self._planned(fields, world, ids, T_world_camera)
+        found = self._grasps(fields, world, ids, T_world_camera)
         Ts = invert(T_world_camera) @ found.Ts_world_tcp
         Ts = along_axes(Ts, np.tile([0.0, 0.0, -PANDA_TIP_M], (len(found), 1)))
         numbers = {"confidences": found.scores, "widths": found.widths_m, "object_ids": found.object_ids}
         return {"grasps": Ts, **numbers}
 
-    def _planned(
+    def _grasps(
         self,
         fields: Fields,
         points: Float32[np.ndarray, "n 3"],
@@ -142,6 +112,31 @@ class GraspHandlers:
         seed = fields.whole("seed", 0, 2**63) if fields.has("seed") else 0
         scene = scene_of_points(points, ids, T_world_camera)
         return self.planner.plan(scene, empty_volume(self.workspace.grid), np.random.default_rng(seed))
+
+    def plan(self, asked: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Return a free motion by the sampling planner."""
+        fields, arm = request(asked), self.robot.arm
+        if tuple(asked.get("joint_names") or ()) != arm.joint_names:
+            raise fields.refuse(
+                f"the server's robot is {self.robot.name}, with the joints {', '.join(arm.joint_names)}."
+            )
+        start, goals = fields.finite("start", (arm.dof,)), fields.finite("goals", (None, arm.dof))
+        width, attached = fields.number("width"), fields.finite("attached", (None, 4))
+        if not 0 <= width <= self.robot.gripper.max_width_m + 1e-6 or not len(goals):
+            raise fields.refuse("it needs a goal, and an opening that the gripper has.")
+        limits = arm.lower, arm.upper
+        space = free_space(self.arrays, _world(fields), width, limits, arm.max_speed, attached)
+        rng = np.random.default_rng(fields.whole("seed", 0, 2**63))
+        found = timed_motion(MotionQuery(space, start, goals), arm, self.motion, rng)
+        if isinstance(found, PlanStage):
+            return {"failure": f"nothing in {self.motion.search.max_iterations} samples."}
+        return {"times": found[0].times_s, "positions": found[0].qpos}
+
+
+def _grey(fields: Fields, side: str) -> UInt8[np.ndarray, "h w"]:
+    if getattr(fields.values.get(side), "ndim", 0) == 3:
+        return np.asarray(cv2.cvtColor(fields.bytes(side, (None, None, 3)), cv2.COLOR_RGB2GRAY), np.uint8)
+    return fields.bytes(side, (None, None))
 
 
 def scene_of_points(
@@ -173,33 +168,6 @@ def _normals(
     normals = np.linalg.eigh(np.einsum("nki,nkj->nij", around, around))[1][:, :, 0]
     away = np.einsum("ij,ij->i", normals, points - camera_position) > 0
     return np.where(away[:, None], -normals, normals).astype(np.float32)
-
-
-def plan_handler(robot: RobotDescription, config: MotionConfig) -> Handler:
-    """Return a handler from {start (dof), goals (g, dof), joint_names, seed, and the fields of
-    `torc_networks.motion.world.world_fields`} to {times, positions} or {failure}, by the sampling planner.
-    """
-    arm, arrays = robot.arm, robot_arrays(robot)
-
-    def plan(asked: Mapping[str, Any]) -> Mapping[str, Any]:
-        fields = request(asked)
-        if tuple(asked.get("joint_names") or ()) != arm.joint_names:
-            raise fields.refuse(
-                f"the server's robot is {robot.name}, with the joints {', '.join(arm.joint_names)}."
-            )
-        start, goals = fields.finite("start", (arm.dof,)), fields.finite("goals", (None, arm.dof))
-        width, attached = fields.number("width"), fields.finite("attached", (None, 4))
-        if not 0 <= width <= robot.gripper.max_width_m + 1e-6 or not len(goals):
-            raise fields.refuse("it needs a goal, and an opening that the gripper has.")
-        limits = arm.lower, arm.upper
-        space = free_space(arrays, _world(fields), width, limits, arm.max_speed, attached)
-        rng = np.random.default_rng(fields.whole("seed", 0, 2**63))
-        found = timed_motion(MotionQuery(space, start, goals), arm, config, rng)
-        if isinstance(found, PlanStage):
-            return {"failure": f"nothing in {config.search.max_iterations} samples."}
-        return {"times": found[0].times_s, "positions": found[0].qpos}
-
-    return plan
 
 
 def _world(fields: Fields) -> CollisionWorld:

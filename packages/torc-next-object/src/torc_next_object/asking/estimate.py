@@ -7,7 +7,7 @@ from typing import Any
 from PIL import Image
 
 from torc.vlm.prices import Prices
-from torc_next_object.asking.recorded_replies import RecordedReply
+from torc_next_object.asking.evaluation import RecordedReply
 from torc_next_object.prompting import prompt_text, sent_pictures
 
 CHARACTERS_PER_TOKEN = 4

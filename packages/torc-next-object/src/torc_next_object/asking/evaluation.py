@@ -2,9 +2,10 @@
 
 import hashlib
 import json
+import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, field
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -14,18 +15,78 @@ from torc.io.reading import read_text
 from torc.io.results import write_json
 from torc.vlm.failures import FailureKind, VlmError
 from torc.vlm.protocol import Question, VlmClient
-from torc.vlm.replies import ask_client
-from torc_next_object.asking.recorded_replies import NAME, RecordedReply, ReplyFile, recorded_reply
+from torc.vlm.replies import MAX_CHARACTERS, ask_client
 from torc_next_object.prompting import prompt_digest, prompt_name, prompt_text, sent_pictures
 
 FORMAT = "torc-next-object-evaluation/1"
-FAILURES = "failures.jsonl"
+REPLIES, FAILURES = "replies.jsonl", "failures.jsonl"
 FACTS = "evaluation.json"
 HOPELESS = frozenset({FailureKind.AUTH, FailureKind.NOT_FOUND, FailureKind.PROXY})
 """After these no further question is asked."""
 MOST_IN_A_ROW = 8
 """After this many failures without a reply in between, the server is given up."""
 Row = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class RecordedReply:
+    """A model's reply about a row, as a line of the file has it.
+
+    Attributes:
+        id: of the row.
+        reply: the end of the text, which is all that is ever read.
+        finish: how it ended, a `torc.vlm.protocol.Finish`.
+        model_version: as the server reports it.
+        sent, written: tokens; None if the server does not report them. Thinking is part of what is written.
+        seconds: until the reply was there.
+    """
+
+    id: str
+    reply: str
+    finish: str = "complete"
+    model_version: str = ""
+    sent: int | None = None
+    written: int | None = None
+    seconds: float = field(default=0.0, compare=False)
+
+
+class ReplyFile:
+    """The replies of one run; `found` are all so far. Damaged lines, such as one that was cut off, are dropped."""
+
+    def __init__(self, directory: Path) -> None:
+        self.path = directory / REPLIES
+        self.found: dict[str, RecordedReply] = {}
+        text = read_text(self.path, "replace") if self.path.exists() else ""
+        for line in filter(None, text.split("\n")):
+            try:
+                reply = RecordedReply(**json.loads(line))
+            except (ValueError, TypeError, RecursionError):
+                continue
+            if isinstance(reply.id, str) and isinstance(reply.reply, str):
+                self.found.setdefault(reply.id, reply)
+        whole = "".join(_line(reply) for reply in self.found.values())
+        if text != whole:
+            temporary = self.path.with_name(self.path.name + ".tmp")
+            temporary.write_text(whole, encoding="utf-8")
+            os.replace(temporary, self.path)
+
+    def add(self, reply: RecordedReply) -> None:
+        """Append one; it is on the disk when this returns."""
+        with open(self.path, "a", encoding="utf-8") as file:
+            file.write(_line(reply))
+            file.flush()
+            os.fsync(file.fileno())
+        self.found[reply.id] = reply
+
+
+def replies_digest(replies: Mapping[str, RecordedReply]) -> str:
+    """Return the SHA-256 of all replies, whatever their order."""
+    said = json.dumps([[i, replies[i].reply] for i in sorted(replies)])
+    return hashlib.sha256(said.encode()).hexdigest()
+
+
+def _line(reply: RecordedReply) -> str:
+    return json.dumps(asdict(reply)) + "\n"
 
 
 @dataclass(frozen=True)
@@ -84,7 +145,7 @@ def begin(
     }
     directory.mkdir(parents=True, exist_ok=True)
     path = directory / FACTS
-    if path.exists() or (directory / NAME).exists():
+    if path.exists() or (directory / REPLIES).exists():
         try:
             before = dict(json.loads(read_text(path)))
         except (OSError, ValueError, TypeError):
@@ -147,6 +208,15 @@ def ask_rows(
 
 def _answer(client: VlmClient, row: Row, variant: str) -> RecordedReply | TorcError:
     try:
-        return recorded_reply(str(row["id"]), ask_client(client, question_of(row, variant)))
+        reply = ask_client(client, question_of(row, variant))
     except TorcError as error:
         return error
+    return RecordedReply(
+        str(row["id"]),
+        reply.text[-MAX_CHARACTERS:],
+        reply.finish.value,
+        reply.model_version,
+        reply.tokens.prompt,
+        reply.tokens.reply,
+        round(reply.latency_s, 3),
+    )

@@ -5,7 +5,7 @@ from html import escape
 from typing import Any
 
 from torc.io.pictures import data_url
-from torc_next_object.asking.recorded_replies import RecordedReply
+from torc_next_object.asking.evaluation import RecordedReply
 from torc_next_object.replies import read_number
 from torc_next_object.scoring import Scored, score_answer
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from torc.vlm.prices import Prices
-from torc_next_object.asking.recorded_replies import RecordedReply, replies_digest
+from torc_next_object.asking.evaluation import RecordedReply, replies_digest
 from torc_next_object.replies import read_number
 from torc_next_object.scoring import score_answers, score_baselines
 

@@ -1,6 +1,6 @@
 """Write the files beside the rows: the card, the hub's evaluation file, and replies with their scores."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +9,7 @@ import yaml
 from torc.io.results import write_json
 from torc_next_object.data.tables import DATA
 from torc_next_object.replies import read_number
-from torc_next_object.schema import FEATURES, FORMAT, NAME, NextObjectRow
+from torc_next_object.schema import FORMAT, NAME, NextObjectRow
 from torc_next_object.scoring import COLUMNS, score_answers, score_baselines, scores_table
 
 REFERENCE = "reference.json"
@@ -95,7 +95,6 @@ def card(rows: Sequence[NextObjectRow]) -> str:
         "language": ["en"],
         "size_categories": ["n<1K" if len(rows) < 1000 else "1K<n<10K"],
         "configs": [{"config_name": "default", "data_files": files}],
-        "dataset_info": {"features": [{"name": name, **_yaml_feature(f)} for name, f in FEATURES.items()]},
     }
     lines = ["| split | decisions | problems | target hidden |", "|---|---|---|---|"]
     for split, some in splits.items():
@@ -104,12 +103,6 @@ def card(rows: Sequence[NextObjectRow]) -> str:
     head = f"---\n{yaml.safe_dump(header, sort_keys=False)}---\n"
     scores = scores_table(score_baselines([row.to_dict() for row in rows]))
     return "\n".join([head, _ABOUT, *lines, _SCORES, scores]) + "\n"
-
-
-def _yaml_feature(feature: Mapping[str, Any]) -> dict[str, Any]:
-    if feature["_type"] == "List":
-        return {"list": _yaml_feature(feature["feature"])["dtype"]}
-    return {"dtype": "image" if feature["_type"] == "Image" else feature["dtype"]}
 
 
 _ABOUT = """# torc-next-object

@@ -8,7 +8,6 @@ Each sample is one retrieval in the simulation of `torc run`; a pick takes secon
 import os
 from collections.abc import Callable
 from concurrent.futures import Executor, ThreadPoolExecutor
-from dataclasses import dataclass
 from functools import partial
 from typing import Any, TypeVar
 
@@ -84,10 +83,11 @@ def retrieve(variant: str, max_picks: int, history: bool = True) -> Solver:
         while turn := await _in(thread, lambda: table.turn(variant)):
             if not history:
                 state.messages = []
-            picture, text = ContentImage(image=turn.picture), ContentText(text=turn.text)
-            state.messages.append(ChatMessageUser(content=[picture, text]))
+            picture, text, numbers = turn
+            content = [ContentImage(image=picture), ContentText(text=text)]
+            state.messages.append(ChatMessageUser(content=content))
             state = await generate(state)
-            number = read_number(state.output.completion, turn.numbers)
+            number = read_number(state.output.completion, numbers)
             invalid += number is None
             await _in(thread, partial(table.pick, number))
         state.metadata |= table.result() | {"invalid": invalid}
@@ -112,13 +112,6 @@ def retrieved() -> Scorer:
     return score
 
 
-@dataclass(frozen=True)
-class _Turn:
-    picture: str
-    text: str
-    numbers: tuple[int, ...]
-
-
 class _Table:
     """One retrieval in simulation, whose looks are questions."""
 
@@ -134,8 +127,8 @@ class _Table:
         self._episode = self._simulation.begin(problem, EpisodeConfig(max_picks, seed))
         self._look: Any = None
 
-    def turn(self, variant: str) -> _Turn | None:
-        """Return the next question; None at the end."""
+    def turn(self, variant: str) -> tuple[str, str, tuple[int, ...]] | None:
+        """Return the picture (a data URL), text and choices of the next question; None at the end."""
         from torc.io.pictures import data_url, jpeg_bytes
         from torc.vlm.pictures import drawn_pictures
         from torc_next_object.making.rows import PICTURE, told_of
@@ -149,7 +142,7 @@ class _Table:
         words = (_AFTER if outcomes else _FIRST).format(ended=ended, left=self._most - len(outcomes))
         row = told_of(context) | {"description": self._description, "references": ()}
         marked = drawn_pictures(context.scene, PICTURE)["marked"]
-        return _Turn(data_url(jpeg_bytes(marked)), words + prompt_text(row, variant), context.scene.ids)
+        return data_url(jpeg_bytes(marked)), words + prompt_text(row, variant), context.scene.ids
 
     def pick(self, number: int | None) -> None:
         """Play the pick; without a number the try is lost."""
