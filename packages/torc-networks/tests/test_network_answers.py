@@ -5,8 +5,7 @@ import pytest
 
 from torc.errors import NetworkError
 from torc.geometry.transforms import make_pose, rotation_about
-from torc_networks.answers import Motion, read_disparity, read_grasps, read_masks, read_motion
-from torc_networks.fields import Fields
+from torc_networks.fields import Fields, Motion, read_disparity, read_grasps, read_masks, read_motion
 
 R = rotation_about([1.0, 2.0, 3.0], 0.7)
 T = make_pose(R, [0.1, 0.2, 0.3])

@@ -11,8 +11,8 @@ import pytest
 from network_helpers.network_servers import config_for
 from torc.cli.main import main, parse
 from torc.errors import UnknownNameError
-from torc_networks.answers import read_disparity
 from torc_networks.client import NetworkClient
+from torc_networks.fields import read_disparity
 from torc_networks.serving.command import ServeCommand
 from torc_networks.serving.handlers import ACTIONS, own_handlers
 

@@ -10,8 +10,8 @@ from torc.perception.from_masks import FromMasks, FromMasksConfig, Masks
 from torc.perception.segmentation import valid_depth
 from torc.workspace.description import Workspace
 from torc_networks.addresses import ServerConfig
-from torc_networks.answers import read_masks
 from torc_networks.client import NetworkClient
+from torc_networks.fields import read_masks
 from torc_networks.proposals import LayoutConfig, Proposals, objects_among
 
 

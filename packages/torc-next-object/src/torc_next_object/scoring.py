@@ -129,12 +129,8 @@ def score_baselines(rows: Sequence[Row]) -> dict[str, dict[str, Any]]:
         name: score_answers((row, choices[name]) for row, choices in zip(rows, chosen)).to_dict()
         for name in names
     }
-
-    def place(name: str) -> tuple[float, str]:
-        regret = found[name]["regret"]
-        return (float("inf") if regret is None else regret, name)
-
-    return {name: found[name] for name in sorted(found, key=place)}
+    order = sorted((scores["regret"] is None, scores["regret"], name) for name, scores in found.items())
+    return {name: found[name] for *_, name in order}
 
 
 def group_regrets(scores: Mapping[str, Any]) -> dict[str, float | None]:

@@ -17,8 +17,8 @@ from torc.grasping.protocol import GraspScorer
 from torc.records import BACKGROUND, SegmentedScene
 from torc.robots.gripper import GripperDescription
 from torc_networks.addresses import ServerConfig
-from torc_networks.answers import Grasps, read_grasps
 from torc_networks.client import NetworkClient
+from torc_networks.fields import Grasps, read_grasps
 from torc_networks.grasping.frames import (
     along_axes,
     fingertips,
@@ -200,13 +200,12 @@ class ContactGraspNetPlanner(GeometricGraspPlanner):
             "grasps", point_cloud=points, object_ids=ids, T_world_camera=T_world_camera, seed=seed
         )
         found = read_grasps(answer, of_scene=True)
-        owners = np.zeros(0, np.int64) if found.object_ids is None else found.object_ids
-        if unknown := sorted(set(owners.tolist()) - set(scene.ids)):
+        if unknown := sorted(set(found.object_ids.tolist()) - set(scene.ids)):
             raise answer.refuse(f"it has grasps for objects {unknown}, and was asked for {list(scene.ids)}.")
         Ts = tcp_of_contact_graspnet(found.Ts, T_world_camera)
         out = {}
         for cloud in clouds.objects:
-            own = np.flatnonzero(owners == cloud.id)
+            own = np.flatnonzero(found.object_ids == cloud.id)
             own = own[self.asked.most_confident(found.confidences[own])]
             given = found.widths_m[own]
             widths = np.where(np.isnan(given), measured_widths(Ts[own], cloud.points, self.hand), given)

@@ -10,7 +10,7 @@ from torc.motion.config import MotionConfig
 from torc.motion.space import FreeSpace, MotionQuery, loosened
 from torc.records import Trajectory
 from torc.robots.description import ArmDescription
-from torc_networks.answers import Motion
+from torc_networks.fields import Motion
 
 _NEAR_RAD = 2e-3
 _LIMIT_RAD = 1e-3

@@ -16,8 +16,8 @@ from torc.robots.description import RobotDescription
 from torc.robots.kinematics import tool0_poses
 from torc.workspace.description import Workspace
 from torc_networks.addresses import ServerConfig
-from torc_networks.answers import read_motion
 from torc_networks.client import NetworkClient
+from torc_networks.fields import read_motion
 from torc_networks.motion.checking import UnusableMotionError, stays_free, usable_trajectory
 from torc_networks.motion.world import world_fields
 

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Float32, UInt8
 
 from torc import InputError
-from torc_networks.answers import Masks
+from torc_networks.fields import Masks
 from torc_networks.sam.network import Network
 
 _STOP = "."

@@ -100,7 +100,7 @@ def load_network(kind: Kind, weights: str, runtime: Runtime) -> Network:
     try:
         place = str(folder) if is_folder else weights
         processor = made_by.from_pretrained(place)
-        model, told = made_as.from_pretrained(place, output_loading_info=True)
+        model, report = made_as.from_pretrained(place, output_loading_info=True)
     except Exception as error:  # a stranger's files may fail in any way
         first, *_ = f"{type(error).__name__}: {error}".strip().splitlines()
         text = (
@@ -113,7 +113,7 @@ def load_network(kind: Kind, weights: str, runtime: Runtime) -> Network:
                 "folder instead."
             )
         raise InputError(f"{text} docs/networks.md has more.") from error
-    missing, arrays = len(told["missing_keys"]), len(model.state_dict())
+    missing, arrays = len(report["missing_keys"]), len(model.state_dict())
     if missing > _MOST_MISSING * arrays:
         raise InputError(
             f"The weights '{weights}' are not {kind.title}'s: {missing} of its {arrays} arrays are missing."

@@ -1,6 +1,7 @@
 """Let planners that ask no model, and simulated models, choose at a look; the data keeps their choices."""
 
 from collections.abc import Mapping
+from functools import cache
 
 import numpy as np
 
@@ -19,33 +20,33 @@ ACCURACIES = ("0.5", "0.7", "0.8", "0.9", "1.0")
 _REPEATS = 2**31
 
 
-class Baselines:
-    """The planners, made once. The simulated models get the grasp facts, as VLM+GRASPS, and are asked once."""
+@cache
+def _planners() -> Mapping[str, TaskPlanner]:
+    return {name: make_planner(name) for name in PLANNERS}
 
-    def __init__(self) -> None:
-        self._planners: Mapping[str, TaskPlanner] = {name: make_planner(name) for name in PLANNERS}
 
-    def choices(
-        self, context: PlanningContext, situation: Situation, rng: np.random.Generator
-    ) -> dict[str, int | None]:
-        """Return the chosen object's id by baseline; None for no choice.
+def baseline_choices(
+    context: PlanningContext, situation: Situation, rng: np.random.Generator
+) -> dict[str, int | None]:
+    """Return the chosen object's id by baseline; None for no choice.
 
-        `first` is the lowest id, which should mean nothing; random, largest and nearest choose among the graspable.
-        """
-        graspable = context.graspable_ids
-        found: dict[str, int | None] = {
-            "random": int(rng.choice(graspable)) if graspable else None,
-            "first": min(context.scene.ids, default=None),
-            "largest": largest(context),
-            "nearest": nearest(context),
-        }
-        for name, planner in self._planners.items():
-            found[name] = planner.decide(context, np.random.default_rng(0)).object_id
-        question = Question("\n".join(grasp_facts(context)), (), PLAN_SCHEMA, int(rng.integers(_REPEATS)))
-        for accuracy in ACCURACIES:
-            reply = SimulatedVlm(find_profile(accuracy), lambda: situation).ask(question)
-            found[f"simulated-{accuracy}"] = read_number(reply.text, context.scene.ids)
-        return found
+    `first` is the lowest id, which should mean nothing; random, largest and nearest choose among the graspable. The
+    simulated models get the grasp facts, as VLM+GRASPS, and are asked once.
+    """
+    graspable = context.graspable_ids
+    found: dict[str, int | None] = {
+        "random": int(rng.choice(graspable)) if graspable else None,
+        "first": min(context.scene.ids, default=None),
+        "largest": largest(context),
+        "nearest": nearest(context),
+    }
+    for name, planner in _planners().items():
+        found[name] = planner.decide(context, np.random.default_rng(0)).object_id
+    question = Question("\n".join(grasp_facts(context)), (), PLAN_SCHEMA, int(rng.integers(_REPEATS)))
+    for accuracy in ACCURACIES:
+        reply = SimulatedVlm(find_profile(accuracy), lambda: situation).ask(question)
+        found[f"simulated-{accuracy}"] = read_number(reply.text, context.scene.ids)
+    return found
 
 
 def largest(context: PlanningContext) -> int | None:

@@ -28,7 +28,7 @@ from torc.vlm.pictures import drawn_pictures
 from torc.vlm.question_facts import counted_grasp_facts, gripper_sentence, target_size_sentence
 from torc.vlm.select import grasp_facts
 from torc.vlm.simulated.situation import Situation
-from torc_next_object.making.baselines import Baselines
+from torc_next_object.making.baselines import baseline_choices
 from torc_next_object.making.known_values import KnownValues
 from torc_next_object.making.looks import Looks
 from torc_next_object.making.numbering import drawn_numbers, renumbered
@@ -84,7 +84,6 @@ class RowMaker:
 
     def __init__(self, config: MakingConfig, known: KnownValues | None = None) -> None:
         self.config, self._known = config, known or KnownValues(None)
-        self._baselines = Baselines()
 
     def scene(self, problem: Problem) -> str:
         """Return the key that a problem's rows share."""
@@ -142,7 +141,7 @@ class RowMaker:
         graspable = tuple(n in shown.graspable_ids for n in numbers)
         told = told_of(shown)
         relations = [(r["source"], r["target"]) for r in json.loads(told["relations"])]
-        chosen = self._baselines.choices(part.context, part.situation, rng)
+        chosen = baseline_choices(part.context, part.situation, rng)
         chosen["first"] = min(numbers)
         return NextObjectRow(
             id=key,

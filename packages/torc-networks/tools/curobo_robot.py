@@ -2,19 +2,22 @@
 
 The base link is the world, so that poses and obstacles need no other frame. The gripper is fully open; what is held is
 a link of its own.
+
+python packages/torc-networks/tools/curobo_robot.py sda10f_2f85 curobo_robot
 """
 
 from collections.abc import Iterator
 from itertools import combinations
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+import tyro
 import yaml
 from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
-from torc import load_robot
+from torc import TorcError, load_robot
 from torc.collision.collision_world import CollisionConfig
 from torc.geometry.transforms import Pose, transform_points
 from torc.robots.description import RobotDescription
@@ -25,13 +28,21 @@ _JERK_PER_ACCELERATION = 20.0
 """torc has no jerk limits: this lets a joint reach its full acceleration in a twentieth of a second."""
 
 
-def write_curobo_robot(name: str, folder: Path | str, padding: CollisionConfig | None = None) -> Path:
-    """Write NAME.urdf and NAME.yml of a robot (a name or a description file); return the path of the latter."""
-    robot, folder = load_robot(name), Path(folder)
+def write_curobo_robot(
+    robot: Annotated[str, tyro.conf.Positional], folder: Annotated[Path, tyro.conf.Positional]
+) -> Path:
+    """Write NAME.urdf and NAME.yml of a robot; return the path of the latter.
+
+    Args:
+        robot: a name, or a robot description file.
+        folder: is made.
+    """
+    description = load_robot(robot)
     folder.mkdir(parents=True, exist_ok=True)
-    urdf, config = folder / f"{robot.name}.urdf", folder / f"{robot.name}.yml"
-    urdf.write_text(urdf_of(robot))
-    config.write_text(yaml.safe_dump(config_of(robot, urdf, padding or CollisionConfig()), sort_keys=False))
+    urdf, config = folder / f"{description.name}.urdf", folder / f"{description.name}.yml"
+    urdf.write_text(urdf_of(description))
+    facts = config_of(description, urdf, CollisionConfig())
+    config.write_text(yaml.safe_dump(facts, sort_keys=False))
     return config
 
 
@@ -145,3 +156,10 @@ def _sphere(center: Float[np.ndarray, "3"], radius: float) -> dict[str, Any]:
 
 def _text(numbers: np.ndarray) -> str:
     return " ".join(f"{n:.12g}" for n in numbers)
+
+
+if __name__ == "__main__":
+    try:
+        print(tyro.cli(write_curobo_robot))
+    except TorcError as error:
+        raise SystemExit(f"error: {error}") from None
