@@ -88,7 +88,7 @@ class Fields:
     def poses(self, name: str) -> Float[np.ndarray, "n 4 4"]:
         """Return rigid transforms, metres; rotations that half precision rounded are made exact."""
         value = self.values.get(name)
-        if isinstance(value, list | np.ndarray) and len(value) == 0:
+        if (isinstance(value, list) and not value) or (isinstance(value, np.ndarray) and not value.size):
             return np.zeros((0, 4, 4))
         return self._rigid(name, self.finite(name, (None, 4, 4)))
 
@@ -100,7 +100,7 @@ class Fields:
         last = np.abs(Ts[:, 3] - [0, 0, 0, 1]).max()
         if off > _ROTATION_TOLERANCE or last > 1e-6 or (np.linalg.det(R) < 0).any():
             raise self.refuse(
-                f"'{name}' are not rigid poses: rotations (off by {off:.2g}) over a row 0 0 0 1."
+                f"'{name}' are not rigid poses: rotations are off by {off:.2g}, last rows by {last:.2g}."
             )
         U, _, Vt = np.linalg.svd(R)
         out = np.tile(np.eye(4), (len(Ts), 1, 1))

@@ -11,7 +11,6 @@ from torc.errors import MissingDependencyError, extra_remedy
 from torc_next_object.schema import COLUMNS, FEATURES, PICTURES, NextObjectRow, row_from
 
 DATA = "data"
-_KINDS = {"string": "string", "int32": "int32", "bool": "bool_", "float64": "float64"}
 _GROUP_ROWS = 64
 
 
@@ -94,7 +93,7 @@ def arrow_schema() -> Any:
     def kind(feature: Any) -> Any:
         if feature["_type"] == "List":
             return pa.list_(kind(feature["feature"]))
-        return picture if feature["_type"] == "Image" else getattr(pa, _KINDS[feature["dtype"]])()
+        return picture if feature["_type"] == "Image" else pa.type_for_alias(feature["dtype"])
 
     features = json.dumps({"info": {"features": FEATURES}})
     return pa.schema([(name, kind(f)) for name, f in FEATURES.items()], metadata={"huggingface": features})
