@@ -78,5 +78,5 @@ def is_listening(address: str) -> bool:
     try:
         with socket.create_connection(host_and_port(address), timeout=_CONNECT_S):
             return True
-    except OSError:
+    except (OSError, UnicodeError):  # the latter for a name that cannot be a host's
         return False
