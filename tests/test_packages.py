@@ -36,7 +36,6 @@ DOORS = {
     "torc.collision.collision_world",
     "torc.collision.contact_kernels",
     "torc.collision.contacts",
-    "torc.collision.obstacles",
     "torc.collision.placement",
     "torc.drawing.marking",
     "torc.drawing.strip",

@@ -7,7 +7,7 @@ Install: a checkout with its extra cu12-torch or cu13-torch, an NVIDIA GPU newer
     pip install --no-deps -e PATH_TO_TORC -e PATH_TO_TORC/packages/torc-networks
     pip install pyzmq msgpack jaxtyping
 (`curobo` and `nvidia-curobo` on the package index are placeholders.) The robot's files, made in torc's own environment:
-    python -c "from torc_networks.motion.robot_files import write_curobo_robot as w; w('sda10f_2f85', 'curobo_robot')"
+    python packages/torc-networks/tools/curobo_robot.py sda10f_2f85 curobo_robot
 Run:
     python packages/torc-networks/servers/curobo.py --robot curobo_robot/sda10f_2f85.yml
     torc run structured-03 --motion curobo

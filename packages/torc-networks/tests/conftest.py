@@ -9,6 +9,7 @@ from torc.geometry.transforms import make_pose
 from torc.testing.contexts import box
 from torc.testing.views import view_of
 from torc_networks.addresses import ServerConfig
+from torc_networks.serving.handlers import OwnParts
 
 
 @pytest.fixture
@@ -48,6 +49,12 @@ def rays(rng):
         return np.stack([make_pose(R, p) for R, p in zip(Rs, rng.uniform(-1, 1, (n, 3)))])
 
     return make
+
+
+@pytest.fixture(scope="session")
+def own_parts(robot, workspace):
+    """torc's own parts as handlers of a server."""
+    return OwnParts(robot, workspace)
 
 
 @pytest.fixture(scope="session")

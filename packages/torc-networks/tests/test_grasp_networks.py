@@ -6,9 +6,13 @@ import pytest
 from torc.errors import NetworkError
 from torc.geometry.transforms import invert, make_pose
 from torc.testing.views import view_of
-from torc_networks.grasping.contact_graspnet import ContactGraspNetConfig, ContactGraspNetPlanner
 from torc_networks.grasping.frames import PANDA_TIP_M, along_axes, fingertips
-from torc_networks.grasping.graspgenx import GraspGenXConfig, GraspGenXPlanner
+from torc_networks.grasping.planners import (
+    ContactGraspNetConfig,
+    ContactGraspNetPlanner,
+    GraspGenXConfig,
+    GraspGenXPlanner,
+)
 
 NAN = float("nan")
 DOWN = np.array([[0.0, 1, 0], [1, 0, 0], [0, 0, -1]])

@@ -10,9 +10,13 @@ from torc.pipeline.building import make_stage
 from torc.registry.context import BuildContext
 from torc.specs.conditions import PipelineSpec
 from torc.testing.grasp_conformance import CASES, check_case
-from torc_networks.grasping.contact_graspnet import ContactGraspNetConfig, ContactGraspNetPlanner
-from torc_networks.grasping.graspgenx import GraspGenXConfig, GraspGenXPlanner
-from torc_networks.serving.grasping import grasp_handlers, scene_of_points
+from torc_networks.grasping.planners import (
+    ContactGraspNetConfig,
+    ContactGraspNetPlanner,
+    GraspGenXConfig,
+    GraspGenXPlanner,
+)
+from torc_networks.serving.handlers import scene_of_points
 
 NAN = float("nan")
 
@@ -23,8 +27,8 @@ def _plan(planner, view, seed=0):
 
 @pytest.mark.parametrize("case", CASES[:3] + CASES[5:], ids=lambda case: case.name)
 @pytest.mark.parametrize("stage", [GraspGenXPlanner, *long(ContactGraspNetPlanner)])
-def test_it_conforms_with_torcs_own_planner_behind_the_server(stage, case, gripper, workspace, server_of):
-    server = server_of(**grasp_handlers(gripper, workspace))
+def test_it_conforms_with_torcs_own_planner_behind_the_server(stage, case, gripper, server_of, own_parts):
+    server = server_of(infer=own_parts.infer, grasps=own_parts.grasps)
     config = GraspGenXConfig if stage is GraspGenXPlanner else ContactGraspNetConfig
 
     def make(gripper, support_z_m):
@@ -35,7 +39,7 @@ def test_it_conforms_with_torcs_own_planner_behind_the_server(stage, case, gripp
 
 @pytest.mark.parametrize("stage", ["graspgenx", "contact-graspnet"])
 def test_what_torcs_own_planner_proposes_behind_a_server_comes_back_as_it_was(
-    stage, gripper, workspace, server_of, table_z, view, monkeypatch
+    stage, gripper, server_of, table_z, view, monkeypatch, own_parts
 ):
     """There into the network's frame and back."""
     proposed = []
@@ -48,7 +52,7 @@ def test_what_torcs_own_planner_proposes_behind_a_server_comes_back_as_it_was(
         return found
 
     monkeypatch.setattr(GeometricGraspPlanner, "plan", spied)
-    server = server_of(**grasp_handlers(gripper, workspace))
+    server = server_of(infer=own_parts.infer, grasps=own_parts.grasps)
     made = {
         "graspgenx": (GraspGenXPlanner, GraspGenXConfig),
         "contact-graspnet": (ContactGraspNetPlanner, ContactGraspNetConfig),
@@ -75,9 +79,9 @@ def test_what_torcs_own_planner_proposes_behind_a_server_comes_back_as_it_was(
     ],
     ids=range(5),
 )
-def test_torcs_own_server_refuses_bad_requests(gripper, workspace, wrong):
+def test_torcs_own_server_refuses_bad_requests(wrong, own_parts):
     with pytest.raises(InputError):
-        grasp_handlers(gripper, workspace)["grasps"](wrong)
+        own_parts.grasps(wrong)
 
 
 def test_normals_of_bare_points_are_those_that_were_seen(view):

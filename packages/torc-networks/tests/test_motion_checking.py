@@ -11,7 +11,7 @@ from torc.motion.config import MotionConfig, TimingConfig
 from torc.motion.space import MotionQuery, free_space
 from torc.records import Trajectory
 from torc.testing.motion_conformance import requests
-from torc_networks.answers import Motion
+from torc_networks.fields import Motion
 from torc_networks.motion.checking import UnusableMotionError, stays_free, usable_trajectory
 
 CONFIG = MotionConfig()

@@ -8,7 +8,6 @@ import pytest
 from tests.helpers.motion_checker import PlanChecker
 from torc.collision.contacts import static_contacts
 from torc.errors import NetworkError
-from torc.motion.config import MotionConfig
 from torc.pipeline.building import build_system, make_stage
 from torc.records import PickPlan, PlanFailure, PlanStage
 from torc.registry.context import BuildContext
@@ -16,7 +15,6 @@ from torc.robots.kinematics import tool0_poses
 from torc.specs.conditions import Conditions
 from torc.testing.motion_conformance import check_motion_planner, requests
 from torc_networks.motion.planner import CuroboConfig, CuroboMotionPlanner
-from torc_networks.serving.planning import plan_handler
 
 FREE_MOTIONS = ("free", "transfer", "home")
 
@@ -37,9 +35,9 @@ def planner_of(robot, workspace, server_of):
 
 
 @pytest.fixture
-def sampling(robot):
+def sampling(own_parts):
     """The handler of torc's own planner."""
-    return plan_handler(robot, MotionConfig())
+    return own_parts.plan
 
 
 def _plan(planner, request, seed=0):

@@ -6,17 +6,15 @@ import pytest
 from torc.collision.collision_world import FREE, SURFACE, UNKNOWN
 from torc.collision.contacts import robot_arrays
 from torc.errors import InputError
-from torc.motion.config import MotionConfig
 from torc.motion.space import free_space
 from torc.testing.motion_conformance import requests
 from torc_networks.motion.world import attached_spheres, voxel_esdf, world_fields
-from torc_networks.serving.planning import plan_handler
 
 
 @pytest.fixture
-def sampling(robot):
+def sampling(own_parts):
     """The handler of torc's own planner."""
-    return plan_handler(robot, MotionConfig())
+    return own_parts.plan
 
 
 @pytest.mark.parametrize("share", [0.02, 0.3, 0.8])

@@ -5,8 +5,7 @@ import pytest
 
 from torc.errors import NetworkError
 from torc.geometry.transforms import make_pose, rotation_about
-from torc_networks.answers import Motion, read_disparity, read_grasps, read_masks, read_motion
-from torc_networks.fields import Fields
+from torc_networks.fields import Fields, Motion, read_disparity, read_grasps, read_masks, read_motion
 
 R = rotation_about([1.0, 2.0, 3.0], 0.7)
 T = make_pose(R, [0.1, 0.2, 0.3])
@@ -85,13 +84,13 @@ def test_grasps_are_read():
     assert found.confidences.tolist() == [0.25, 1.0]
     assert np.isnan(found.widths_m).all()
     told = {"grasps": T[None], "confidences": [0.5], "widths": np.array([0.04]), "object_ids": np.array([3])}
-    assert read_grasps(_answer(**told), tells_objects=True).object_ids.tolist() == [3]
+    assert read_grasps(_answer(**told), of_scene=True).object_ids.tolist() == [3]
 
 
 @pytest.mark.parametrize("none", [np.zeros((0, 4, 4)), np.zeros(0), []])
 def test_no_grasps_are_none(none):
     assert len(read_grasps(_answer(grasps=none, confidences=[])).Ts) == 0
-    assert len(read_grasps(_answer(grasps=none), tells_objects=True).object_ids) == 0
+    assert len(read_grasps(_answer(grasps=none), of_scene=True).object_ids) == 0
 
 
 def test_rotations_of_half_precision_are_made_exact():
@@ -139,7 +138,7 @@ def test_grasps_that_are_none_are_refused(fields):
 @pytest.mark.parametrize("ids", [None, np.array([0.5]), np.array([1, 2])])
 def test_grasps_of_a_scene_must_tell_whose_they_are(ids):
     with pytest.raises(NetworkError):
-        read_grasps(_answer(grasps=T[None], confidences=[0.5], object_ids=ids), tells_objects=True)
+        read_grasps(_answer(grasps=T[None], confidences=[0.5], object_ids=ids), of_scene=True)
 
 
 def test_a_motion_and_a_failure_are_read():

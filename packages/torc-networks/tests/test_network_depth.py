@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from torc.errors import InputError, NetworkError
-from torc.perception.stereo import SgbmConfig, SgbmDepth, made_up_pair
+from torc.perception.stereo import SgbmDepth, made_up_pair
 from torc.pipeline.building import build_pipeline, make_stage
 from torc.records import Observation, StereoPair
 from torc.specs.conditions import PipelineSpec
@@ -15,7 +15,6 @@ from torc.testing.depth_conformance import check_depth
 from torc.testing.synthetic import synthetic_observation
 from torc_networks.addresses import ServerConfig
 from torc_networks.depth import NetworkDepth, NetworkDepthConfig
-from torc_networks.serving.seeing import stereo_handler
 
 FX, BASELINE, SHAPE = 200.0, 0.1, (6, 60)
 """So a disparity of 20 px is 1 m."""
@@ -115,18 +114,18 @@ def test_readings_keep_to_the_range(measured):
     assert not measured(_row(np.full(60, 20)), min_depth_m=1.01).any()
 
 
-def test_torcs_own_matcher_behind_a_server_gives_what_it_gives_here(server_of):
+def test_torcs_own_matcher_behind_a_server_gives_what_it_gives_here(server_of, own_parts):
     depth = np.full((120, 200), 0.8, np.float32)
     depth[40:80, 90:150] = 0.5
     here = replace(_observation(depth.shape), pair=made_up_pair(depth, FX, BASELINE))
-    server = server_of(stereo=stereo_handler(SgbmConfig()))
+    server = server_of(stereo=own_parts.stereo)
     there = NetworkDepth(NetworkDepthConfig(server=server)).measure(here).depth_m
     np.testing.assert_array_equal(there, SgbmDepth().measure(here).depth_m)
     assert (there > 0).mean() > 0.5
 
 
-def test_it_conforms(server_of):
-    server = server_of(stereo=stereo_handler(SgbmConfig()))
+def test_it_conforms(server_of, own_parts):
+    server = server_of(stereo=own_parts.stereo)
     check_depth(lambda: NetworkDepth(NetworkDepthConfig(server=server)))
 
 
@@ -170,15 +169,15 @@ def test_settings_without_sense_are_refused(wrong):
     ],
     ids=str,
 )
-def test_torcs_own_server_refuses_bad_requests(wrong):
+def test_torcs_own_server_refuses_bad_requests(wrong, own_parts):
     with pytest.raises(InputError):
-        stereo_handler(SgbmConfig())(wrong)
+        own_parts.stereo(wrong)
 
 
-def test_torcs_own_server_takes_colour_too():
+def test_torcs_own_server_takes_colour_too(own_parts):
     depth = np.full((60, 120), 0.8, np.float32)
     pair = made_up_pair(depth, FX, BASELINE)
     asked = {"left": pair.left, "right": pair.right, "max_disparity": 32}
     colour = {**asked, "left": np.stack([pair.left] * 3, 2), "right": np.stack([pair.right] * 3, 2)}
-    answer = stereo_handler(SgbmConfig())
+    answer = own_parts.stereo
     np.testing.assert_array_equal(answer(asked)["disparity"], answer(colour)["disparity"])

@@ -14,7 +14,6 @@ from torc.testing.contexts import box, small_mount
 from torc.testing.perception_conformance import check_perception
 from torc.testing.synthetic import synthetic_capture, synthetic_observation
 from torc_networks.perception import NetworkPerception, NetworkPerceptionConfig
-from torc_networks.serving.seeing import segment_handler
 
 THINGS = (
     box(0, 0.72, -0.1, (0.06, 0.06, 0.2)),
@@ -120,9 +119,9 @@ def test_more_masks_than_ids_are_the_largest_ones(seen):
     seen({"masks": masks, "scores": np.full(150, 0.5)})
 
 
-def test_torcs_own_eyes_behind_a_server_see_what_they_see_here(server_of, workspace):
+def test_torcs_own_eyes_behind_a_server_see_what_they_see_here(server_of, own_parts):
     pytest.importorskip("onnxruntime")
-    stage = NetworkPerception(NetworkPerceptionConfig(server=server_of(segment=segment_handler(workspace))))
+    stage = NetworkPerception(NetworkPerceptionConfig(server=server_of(segment=own_parts.segment)))
     here, there = None, None
     for shapes in (THINGS, THINGS[1:]):
         picture = synthetic_observation(shapes, small_mount())
@@ -138,9 +137,9 @@ def test_torcs_own_eyes_behind_a_server_see_what_they_see_here(server_of, worksp
 
 
 @pytest.mark.long
-def test_it_conforms(server_of, workspace):
+def test_it_conforms(server_of, own_parts):
     pytest.importorskip("onnxruntime")
-    server = server_of(segment=segment_handler(workspace))
+    server = server_of(segment=own_parts.segment)
     check_perception(lambda: NetworkPerception(NetworkPerceptionConfig(server=server)))
 
 
@@ -184,6 +183,6 @@ def test_it_is_made_by_name_and_settings(workspace):
     ],
     ids=range(4),
 )
-def test_torcs_own_server_refuses_bad_requests(workspace, wrong):
+def test_torcs_own_server_refuses_bad_requests(wrong, own_parts):
     with pytest.raises(InputError):
-        segment_handler(workspace)(wrong)
+        own_parts.segment(wrong)

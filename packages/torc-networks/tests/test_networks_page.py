@@ -10,11 +10,10 @@ import pytest
 from torc.registry.kinds import STAGES
 from torc.registry.loading import part_paths
 from torc_networks.depth import NetworkDepthConfig
-from torc_networks.grasping.contact_graspnet import ContactGraspNetConfig
-from torc_networks.grasping.graspgenx import GraspGenXConfig
+from torc_networks.grasping.planners import ContactGraspNetConfig, GraspGenXConfig
 from torc_networks.motion.planner import CuroboConfig
 from torc_networks.perception import NetworkPerceptionConfig
-from torc_networks.serving.parts import ACTIONS
+from torc_networks.serving.handlers import ACTIONS
 
 ROOT = Path(__file__).parents[3]
 SERVERS_FOLDER = Path(__file__).parents[1] / "servers"

@@ -3,6 +3,7 @@
 import signal
 import subprocess
 import sys
+from contextlib import closing
 
 import numpy as np
 import pytest
@@ -11,24 +12,15 @@ from network_helpers.network_servers import config_for
 from torc.cli.main import main, parse
 from torc.errors import UnknownNameError
 from torc_networks.client import NetworkClient
-from torc_networks.serving import parts
+from torc_networks.fields import read_disparity
 from torc_networks.serving.command import ServeCommand
-from torc_networks.serving.parts import ACTIONS, own_handlers
-
-
-def test_every_part_is_made_when_it_is_first_asked_for(robot, workspace, monkeypatch):
-    made = []
-    monkeypatch.setattr(parts, "_stereo", lambda: made.append("stereo") or (lambda asked: asked))
-    handlers = own_handlers(robot, workspace)
-    assert tuple(handlers) == ACTIONS
-    assert made == []
-    for _ in range(2):
-        assert handlers["stereo"]({"a": 1}) == {"a": 1}
-    assert made == ["stereo"]
+from torc_networks.serving.handlers import ACTIONS, own_handlers
 
 
 def test_every_part_answers_or_says_what_it_misses(robot, workspace):
-    for name, handler in own_handlers(robot, workspace).items():
+    handlers = own_handlers(robot, workspace)
+    assert tuple(handlers) == ACTIONS
+    for name, handler in handlers.items():
         with pytest.raises(Exception, match="This request cannot be answered") as told:
             handler({})
         assert type(told.value).__name__ == "InputError", name
@@ -61,10 +53,11 @@ def test_the_command_serves_until_ctrl_c():
     assert line.startswith(
         "torc with sda10f_2f85 answers grasps, infer, plan, segment, stereo at tcp://127.0.0.1:"
     )
-    with NetworkClient(config_for(line.split()[-1], 120.0)) as client:
+    with closing(NetworkClient(config_for(line.split()[-1], 120.0))) as client:
         grey = np.random.default_rng(0).integers(0, 255, (40, 80), np.uint8)
-        assert client.stereo(grey, grey, 16).disparity_px.shape == (40, 80)
-        assert client.metadata()["actions"] == sorted(ACTIONS)
+        answer = client.ask("stereo", left=grey, right=grey, max_disparity=16)
+        assert read_disparity(answer)[0].shape == (40, 80)
+        assert client.ask("metadata").values["actions"] == sorted(ACTIONS)
     server.send_signal(signal.SIGINT)
     server.communicate(timeout=120)
     assert server.returncode == 0

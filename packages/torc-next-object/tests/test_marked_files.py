@@ -2,7 +2,7 @@
 
 import json
 
-from torc_next_object.asking.recorded_replies import RecordedReply, ReplyFile
+from torc_next_object.asking.evaluation import RecordedReply, ReplyFile
 from torc_next_object.cli.next_object import read_replies
 from torc_next_object.making.known_values import KnownValues
 
@@ -25,4 +25,4 @@ def test_files_of_the_data_set(tmp_path):
     ReplyFile(tmp_path / "run").add(RecordedReply("b", "Answer: 2"))
     written = tmp_path / "run" / "replies.jsonl"
     marked(written, written.read_text(encoding="utf-8"))
-    assert ReplyFile(tmp_path / "run").found["b"].text == "Answer: 2"
+    assert ReplyFile(tmp_path / "run").found["b"].reply == "Answer: 2"

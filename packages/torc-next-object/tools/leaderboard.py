@@ -19,17 +19,15 @@ from torc.errors import InputError
 from torc.io.reading import read_text
 from torc_next_object.asking.evaluation import data_digest
 from torc_next_object.asking.standing import FORMAT as SCORES_FORMAT
-from torc_next_object.asking.standing import shown
 from torc_next_object.data.opening import open_rows
 from torc_next_object.prompting import VARIANTS
-from torc_next_object.scoring import score_baselines
+from torc_next_object.scoring import GROUPS, group_regrets, score_baselines, shown
 
 FORMAT = "torc-leaderboard/1"
 ROOT = Path(__file__).parents[3]
 FILE, PAGE = (ROOT / "results" / "next-object" / name for name in ("leaderboard.yaml", "README.md"))
 SPLIT = "test"
 SCORES = ("rows", "scenes", "regret", "regret_low", "regret_high", "top1", "lost", "invalid")
-GROUPS = (("hard", "difficulty", "hard"), ("hidden", "target", "hidden"), ("visible", "target", "visible"))
 PROVENANCE = (
     "model",
     "model_versions",
@@ -100,8 +98,7 @@ def entry(scores: Mapping[str, Any], by: str, board: Mapping[str, Any]) -> dict[
 
 def line(scores: Mapping[str, Any]) -> dict[str, Any]:
     """Return the scores that the leaderboard keeps."""
-    parts = {name: scores["by"].get(kind, {}).get(group, {}).get("regret") for name, kind, group in GROUPS}
-    return {name: scores[name] for name in SCORES} | {"regret_by": parts}
+    return {name: scores[name] for name in SCORES} | {"regret_by": group_regrets(scores)}
 
 
 def page(board: Mapping[str, Any]) -> str:
@@ -128,7 +125,7 @@ def _size(board: Mapping[str, Any]) -> Mapping[str, int]:
 
 
 def _row(who: str, variant: str, e: Mapping[str, Any]) -> str:
-    parts = " | ".join(shown(e["regret_by"][name]) for name, _, _ in GROUPS)
+    parts = " | ".join(shown(e["regret_by"][name]) for name in GROUPS)
     interval = f"{shown(e['regret_low'])} to {shown(e['regret_high'])}"
     return f"| {who} | {variant} | {shown(e['regret'])} | {interval} | {e['top1']:.2f} | {e['invalid']:.2f} | {parts} |"
 

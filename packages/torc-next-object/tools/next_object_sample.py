@@ -5,10 +5,12 @@ torc next-object make --problems torc40,torc-hard --values results/next-object/v
 python packages/torc-next-object/tools/next_object_sample.py shipped
 """
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain, zip_longest
 from pathlib import Path
+from zipfile import ZIP_DEFLATED, ZIP_STORED, ZipFile, ZipInfo
 
 import numpy as np
 import tyro
@@ -17,12 +19,12 @@ from torc.errors import InputError
 from torc.problems.problem import load_problem
 from torc.problems.sets import problem_names, set_of
 from torc_next_object.data.checking import set_faults
-from torc_next_object.data.sample import write_sample
+from torc_next_object.data.opening import CAVEAT, SAMPLE_FILE, SAMPLE_ROWS
 from torc_next_object.data.tables import read_rows
 from torc_next_object.making.rows import MakingConfig, RowMaker
-from torc_next_object.schema import NextObjectRow
+from torc_next_object.schema import NAME, PICTURES, NextObjectRow
 
-FILE = Path(__file__).parents[1] / "src" / "torc_next_object" / "sample.zip"
+FILE = Path(__file__).parents[1] / "src" / "torc_next_object" / SAMPLE_FILE
 _SETS = ("torc40", "torc-hard")
 _SPLIT = "test"
 
@@ -52,6 +54,36 @@ def chosen_decisions(
         fitting = [row for row in by_scene[scene] if row.target_hidden == wanted] or by_scene[scene]
         chosen.append(fitting[int(rng.integers(len(fitting)))])
     return chosen
+
+
+def write_sample(rows: Sequence[NextObjectRow], path: Path) -> None:
+    """Write rows in the form that `sample_rows` reads. The file's bytes depend on the rows alone."""
+    with ZipFile(path, "w") as archive:
+        lines = []
+        for row in sorted(rows, key=lambda row: row.id):
+            names = [f"{row.id}_target_{i}.jpg" for i, _ in enumerate(row.references, start=1)]
+            pictures = {f"{row.id}.jpg": row.image, **dict(zip(names, row.references, strict=True))}
+            for name, picture in pictures.items():
+                archive.writestr(_entry(name, ZIP_STORED), picture)
+            facts = {k: v for k, v in row.to_dict().items() if k not in PICTURES}
+            lines.append(json.dumps(facts | {"image": f"{row.id}.jpg", "references": names}))
+        archive.writestr(_entry(SAMPLE_ROWS, ZIP_DEFLATED), "\n".join(lines) + "\n")
+        archive.writestr(_entry("README.md", ZIP_DEFLATED), _about(rows))
+
+
+def _entry(name: str, compression: int) -> ZipInfo:
+    """Return an entry without the time at which it was written."""
+    entry = ZipInfo(name)
+    entry.compress_type, entry.external_attr = compression, 0o644 << 16
+    return entry
+
+
+def _about(rows: Sequence[NextObjectRow]) -> str:
+    hidden = sum(row.target_hidden for row in rows)
+    return (
+        f"# {NAME}: a sample\n\n{len(rows)} decisions of {len({row.scene for row in rows})} problems, all of the split "
+        f"test of {NAME}; the target is out of sight in {hidden}. {CAVEAT} MIT licence.\n"
+    )
 
 
 def shipped_families() -> dict[str, str]:

@@ -1,16 +1,15 @@
-"""Where a network's server is: on this machine, unless its user says otherwise."""
+"""Where a network's server is: on this machine, unless the user says otherwise."""
 
 import ipaddress
-import re
 import socket
 from dataclasses import dataclass
 from pathlib import Path
+from urllib.parse import urlsplit
 
 from torc import InputError
 
-_TCP = re.compile(r"tcp://(\[[0-9a-fA-F:.]+\]|[^:/\[\]\s]+):(\d{1,5})")
-_KNOCK_S = 2.0
-OPEN = "What is sent there is neither encrypted nor signed, and whoever reaches the port can use it."
+_CONNECT_S = 2.0
+OPEN = "Messages are neither encrypted nor signed, and whoever reaches the port can use it."
 
 
 @dataclass(frozen=True)
@@ -19,8 +18,8 @@ class ServerConfig:
 
     Attributes:
         address: tcp://HOST:PORT, or ipc://PATH.
-        timeout_s: longest wait for an answer. The first one may take long: networks are loaded and compiled then.
-        remote: the server may be another machine; what is sent is not encrypted.
+        timeout_s: longest wait for an answer. The first one may take long, while networks are loaded and compiled.
+        remote: allow another machine; messages are not encrypted.
         max_mb: longest message, megabytes.
     """
 
@@ -30,10 +29,8 @@ class ServerConfig:
     max_mb: float = 256.0
 
     def __post_init__(self) -> None:
-        if not 0 < self.timeout_s < 1e6:
-            raise InputError(f"A server's timeout_s is {self.timeout_s}; it must be above 0.")
-        if not 0 < self.max_mb <= 2000:
-            raise InputError(f"A server's max_mb is {self.max_mb}; it must be above 0, and at most 2000.")
+        if not (0 < self.timeout_s < 1e6 and 0 < self.max_mb <= 2000):
+            raise InputError("A server's timeout_s must be above 0, its max_mb above 0 and at most 2000.")
 
     @property
     def max_bytes(self) -> int:
@@ -42,8 +39,8 @@ class ServerConfig:
 
 
 def check_address(address: str, remote: bool) -> None:
-    """Raises InputError for what is no address, and for one on another machine if that is not allowed."""
-    if address.startswith("ipc://") and len(address) > len("ipc://"):
+    """Raise InputError if the address is malformed, or on another machine while `remote` is False."""
+    if address.startswith("ipc://"):
         return
     host, _ = host_and_port(address)
     if not remote and not is_loopback(host):
@@ -54,27 +51,32 @@ def check_address(address: str, remote: bool) -> None:
 
 
 def host_and_port(address: str) -> tuple[str, int]:
-    """Of tcp://HOST:PORT. Raises InputError for anything else."""
-    found = _TCP.fullmatch(address)
-    if found is None or int(found[2]) > 65535:
-        raise InputError(f"'{address}' is no address of a server; write tcp://127.0.0.1:5556 or ipc:///path.")
-    return found[1].strip("[]"), int(found[2])
+    """Split tcp://HOST:PORT. Raises InputError for anything else."""
+    try:
+        parts = urlsplit(address)
+        if parts.scheme == "tcp" and parts.hostname and parts.port is not None:
+            return parts.hostname, parts.port
+    except ValueError:
+        pass
+    raise InputError(
+        f"'{address}' is not a server's address; write tcp://127.0.0.1:5556 or ipc:///path."
+    ) from None
 
 
 def is_loopback(host: str) -> bool:
-    """Whether a host's name or number means this machine alone."""
+    """Check whether a host's name or number means this machine alone."""
     try:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:
         return host == "localhost"
 
 
-def somebody_listens(address: str) -> bool:
-    """Whether a connection to the address is accepted, by whomever."""
+def is_listening(address: str) -> bool:
+    """Check whether anything accepts a connection to the address."""
     if address.startswith("ipc://"):
         return Path(address.removeprefix("ipc://")).exists()
     try:
-        with socket.create_connection(host_and_port(address), timeout=_KNOCK_S):
+        with socket.create_connection(host_and_port(address), timeout=_CONNECT_S):
             return True
-    except OSError:
+    except (OSError, UnicodeError):  # the latter for a name that cannot be a host's
         return False

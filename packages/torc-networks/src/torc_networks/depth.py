@@ -1,4 +1,4 @@
-"""The stage `--depth network`: depth from two pictures by a matcher in another process, such as FoundationStereo."""
+"""The stage `--depth network`: a server, such as FoundationStereo, matches the camera's two pictures."""
 
 from dataclasses import dataclass, field
 from typing import ClassVar
@@ -7,11 +7,12 @@ from torc import Observation
 from torc.perception.disparity import LearnedStereoConfig, is_scaled, pair_of, scaled, with_disparity
 from torc_networks.addresses import ServerConfig
 from torc_networks.client import NetworkClient
+from torc_networks.fields import read_disparity
 
 
 @dataclass(frozen=True)
 class NetworkDepthConfig(LearnedStereoConfig):
-    """A matcher, and where it runs."""
+    """A learned matcher, and where it runs."""
 
     server: ServerConfig = field(default_factory=lambda: ServerConfig("tcp://127.0.0.1:5555"))
 
@@ -29,12 +30,14 @@ class NetworkDepth:
         self.client = NetworkClient(self.config.server)
 
     def measure(self, observation: Observation) -> Observation:
-        """The observation with depth from its pair. Raises InputError if it has none, and NetworkError."""
+        """Return the observation with depth from its pair. Raises InputError if it has none, and NetworkError."""
         config, pair = self.config, pair_of(observation, "network")
         left, right = scaled(pair.left, config.scale), scaled(pair.right, config.scale)
-        found = self.client.stereo(left, right, config.most_px(pair, float(observation.K[0, 0])))
-        shape = found.disparity_px.shape
-        if not is_scaled(shape, observation.depth_m.shape):
-            why = f"its disparity is {shape} pixels, the pictures are {left.shape}: not the same at another scale."
-            raise self.client.unusable("stereo", why)
-        return with_disparity(observation, found.disparity_px, found.confidence, pair.baseline_m, config)
+        most_px = config.most_px(pair, float(observation.K[0, 0]))
+        answer = self.client.ask("stereo", left=left, right=right, max_disparity=most_px)
+        disparity_px, confidence = read_disparity(answer)
+        if not is_scaled(disparity_px.shape, observation.depth_m.shape):
+            raise answer.refuse(
+                f"its disparity is {disparity_px.shape} pixels, the pictures are {left.shape}."
+            )
+        return with_disparity(observation, disparity_px, confidence, pair.baseline_m, config)

@@ -1,28 +1,28 @@
-"""The stage `--perception network`: as `embedded`, but for the masks, which a server makes, such as SAM."""
+"""The stage `--perception network`: a server, such as SAM, makes the masks; the rest is as in `embedded`."""
 
 from dataclasses import dataclass, field
 
-import cv2
 import numpy as np
-from jaxtyping import Bool
 
 from torc import Observation, Wanted
-from torc.perception.disparity import is_scaled
+from torc.perception.disparity import full_size, is_scaled
 from torc.perception.from_masks import FromMasks, FromMasksConfig, Masks
 from torc.perception.segmentation import valid_depth
 from torc.workspace.description import Workspace
 from torc_networks.addresses import ServerConfig
 from torc_networks.client import NetworkClient
+from torc_networks.fields import read_masks
 from torc_networks.proposals import LayoutConfig, Proposals, objects_among
 
 
 @dataclass(frozen=True)
 class NetworkPerceptionConfig(FromMasksConfig):
-    """Who makes the masks, and which of them are objects; the rest is as in `embedded`.
+    """The masks' server, and which masks are objects; the rest is as in `embedded`.
 
     Attributes:
-        prompt: what to look for, for a server that is told in words.
-        min_score: masks with a lower score are left out.
+        server: makes the masks.
+        prompt: what to look for, in words, for servers that read them.
+        min_score: masks with a lower score are dropped.
         layout: which of the others are objects.
     """
 
@@ -33,7 +33,7 @@ class NetworkPerceptionConfig(FromMasksConfig):
 
 
 class NetworkPerception(FromMasks):
-    """Objects by a server's masks; their ids, the target and the clouds are made here."""
+    """Finds objects by a server's masks; ids, target and clouds are made here."""
 
     needs_pictures = True
     """A simulated trial takes reference pictures of the target for it."""
@@ -46,25 +46,23 @@ class NetworkPerception(FromMasks):
         self.client = NetworkClient(self.asked.server)
 
     def find(self, observation: Observation, wanted: Wanted) -> Masks:
-        """The masks, whatever is wanted. Raises NetworkError."""
+        """Return the masks, whatever is wanted. Raises NetworkError."""
         config, clouds = self.asked, self.asked.clouds
         depth = valid_depth(observation.depth_m, clouds.min_depth_m, clouds.max_depth_m).astype(np.float32)
         camera = {"K": observation.K, "T_world_camera": observation.T_world_camera}
-        found = self.client.segment(observation.rgb, prompt=config.prompt, depth_m=depth, **camera)
-        if len(found.masks) and not is_scaled(found.masks.shape[1:], depth.shape):
-            sizes = f"its masks are {found.masks.shape[1:]} pixels, the picture is {depth.shape}"
-            raise self.client.unusable("segment", f"{sizes}: not the same at another scale.")
-        masks = [_resized(m, depth.shape) for m in found.masks]
-        good = np.flatnonzero(found.scores >= config.min_score)
-        proposals = Proposals(
-            np.reshape(masks, (-1, *depth.shape)).astype(bool), found.scores, np.zeros_like(found.scores)
+        answer = self.client.ask(
+            "segment", rgb=observation.rgb, prompt=config.prompt, depth_m=depth, **camera
         )
-        laid = objects_among(proposals[good], observation, self.workspace, clouds, config.layout)
+        found = read_masks(answer)
+        if len(found.masks) and not is_scaled(found.masks.shape[1:], depth.shape):
+            raise answer.refuse(
+                f"its masks are {found.masks.shape[1:]} pixels, the picture is {depth.shape}."
+            )
+        good = found.scores >= config.min_score
+        masks = [full_size(m.astype(np.float32), depth.shape) > 0 for m in found.masks[good]]
+        scores = found.scores[good]
+        proposals = Proposals(
+            np.reshape(masks, (-1, *depth.shape)).astype(bool), scores, np.zeros_like(scores)
+        )
+        laid = objects_among(proposals, observation, self.workspace, clouds, config.layout)
         return Masks(laid.label, laid.sureness)
-
-
-def _resized(mask: Bool[np.ndarray, "h w"], shape: tuple[int, ...]) -> Bool[np.ndarray, "rows cols"]:
-    if mask.shape == shape:
-        return mask
-    resized = cv2.resize(mask.astype(np.uint8), shape[::-1], interpolation=cv2.INTER_NEAREST_EXACT)
-    return np.asarray(resized > 0)

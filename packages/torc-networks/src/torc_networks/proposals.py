@@ -1,14 +1,14 @@
-"""From masks that overlap and show more than objects to one number per pixel.
+"""Choose the objects among overlapping masks, and give each pixel one number.
 
-A network that is asked for "object" also finds the table, the robot's arm, parts of things, heaps of them, and some
-things twice. The rules, in this order:
+A network that is asked for "object" also finds the table, the robot's arm, parts of things, heaps, and some things
+twice. The rules, in this order:
 
-1. What is tiny, too large, or does not mostly rise from the support within the workspace is no object.
-2. Of two masks that are nearly the same, the one with the higher score stays; of equal scores, the smaller one.
-3. A mask that two or more others inside of it fill by half is a heap of these, and is dropped.
-4. A mask inside of one with a higher score is a part of that, and is dropped; unless it is called the target.
-5. Where masks still overlap, the smaller one lies on top; of equal ones, the surer one. One that loses most of its
-   pixels to others is dropped.
+1. Drop a mask that is tiny, too large, or does not mostly rise from the support within the workspace.
+2. Of two masks that are nearly the same, keep the one with the higher score; of equal scores, the smaller one.
+3. Drop a mask that two or more others inside it fill by half: it is a heap of these.
+4. Drop a mask inside one with a higher score, unless it is called the target: it is a part of that.
+5. Where masks still overlap, the smaller one lies on top; of equal ones, the surer one. Drop one that loses most of its
+   pixels.
 """
 
 from dataclasses import dataclass
@@ -26,12 +26,12 @@ from torc.workspace.description import Workspace
 
 @dataclass(frozen=True)
 class Proposals:
-    """What a network takes for objects.
+    """Masks that a network takes for objects.
 
     Attributes:
         masks: may overlap.
-        scores: how surely each is an object, 0 to 1; NaN is none.
-        wanted_p: how surely each is the target, as words tell; 0 for those that words do not name.
+        scores: how surely each is an object, 0 to 1; NaN for not at all.
+        wanted_p: how surely each is the target, by its description; 0 for those that it does not describe.
     """
 
     masks: Bool[np.ndarray, "n h w"]
@@ -39,21 +39,21 @@ class Proposals:
     wanted_p: Float32[np.ndarray, "n"]
 
     def __getitem__(self, kept: np.ndarray) -> "Proposals":
-        """Those at these indices."""
+        """Return those at these indices."""
         return Proposals(self.masks[kept], self.scores[kept], self.wanted_p[kept])
 
 
 @dataclass(frozen=True)
 class LayoutConfig:
-    """Which masks are objects, and what belongs to which; see the rules above.
+    """Which masks are objects; see the rules above.
 
     Attributes:
         min_pixels: smaller masks are dropped.
-        most_share: so are those that cover more of the picture than this, such as the table.
+        most_share: masks that cover a larger share of the picture, such as the table, are dropped.
         rising_share: this share of a mask's depth readings must rise from the support, within the workspace.
-        same_iou: masks that agree more than this (intersection over union) show the same thing.
-        inside: a mask lies inside of a larger one with this share of its pixels.
-        filled: masks inside of one that fill this share of it make a heap of it.
+        same_iou: masks with a larger intersection over union show the same thing.
+        inside: a mask is inside a larger one if this share of its pixels is.
+        filled: masks that fill this share of a larger one make it a heap.
         left: share of its pixels that a mask must keep from those on top of it.
     """
 
@@ -66,11 +66,12 @@ class LayoutConfig:
     left: float = 0.5
 
     def __post_init__(self) -> None:
-        if self.min_pixels < 1:
-            raise InputError(f"LayoutConfig.min_pixels is {self.min_pixels}; it must be at least 1.")
-        for name in ("most_share", "rising_share", "same_iou", "inside", "filled", "left"):
-            if not 0 <= getattr(self, name) <= 1:
-                raise InputError(f"LayoutConfig.{name} is {getattr(self, name)}; it must be from 0 to 1.")
+        shares = (self.most_share, self.rising_share, self.same_iou, self.inside, self.filled, self.left)
+        if self.min_pixels < 1 or not all(0 <= share <= 1 for share in shares):
+            raise InputError(
+                "A layout's min_pixels must be at least 1; most_share, rising_share, same_iou, inside, filled and left "
+                "must be from 0 to 1."
+            )
 
 
 def objects_among(
@@ -80,7 +81,7 @@ def objects_among(
     clouds: PerceptionConfig,
     config: LayoutConfig,
 ) -> Masks:
-    """The objects among the masks of a picture, by all the rules."""
+    """Return the objects among the masks of a picture, by all the rules."""
     depth = valid_depth(observation.depth_m, clouds.min_depth_m, clouds.max_depth_m).astype(np.float32)
     pose = observation.T_world_camera
     view = View(observation.rgb, depth, observation.K, pose, workspace.support_z_m)
@@ -93,13 +94,8 @@ def plausible(
     rises: Bool[np.ndarray, "h w"],
     config: LayoutConfig,
 ) -> Proposals:
-    """Those that can be objects (rule 1).
-
-    Args:
-        proposals: what a network found.
-        read: pixels with a depth reading.
-        rises: pixels of what rises from the support within the workspace (`embedded.region.rising`).
-        config: settings.
+    """Apply rule 1. `read`: pixels with a depth reading; `rises`: those of what rises from the support, as `rising` has
+    them.
     """
     masks = proposals.masks
     sizes, readings, rising = (np.count_nonzero(m, axis=(1, 2)) for m in (masks, masks & read, masks & rises))
@@ -109,7 +105,7 @@ def plausible(
 
 
 def lay_out(proposals: Proposals, config: LayoutConfig) -> Masks:
-    """One number per pixel (rules 2 to 5), that with the most pixels first; a mask's sureness is its score."""
+    """Apply rules 2 to 5. The mask with the most pixels gets number 0; a mask's sureness is its score."""
     found = _without_parts(_without_doubles(proposals, config), config)
     sizes = np.count_nonzero(found.masks, axis=(1, 2))
     label = np.full(found.masks.shape[1:], -1, np.int16)
@@ -127,7 +123,7 @@ def lay_out(proposals: Proposals, config: LayoutConfig) -> Masks:
 
 
 def _without_doubles(proposals: Proposals, config: LayoutConfig) -> Proposals:
-    """Rule 2. What stays is the target as surely as its doubles are."""
+    """Apply rule 2. A mask that stays is the target as surely as its doubles are."""
     common = shared_pixels(proposals.masks)
     sizes = np.diagonal(common)
     wanted_p = proposals.wanted_p.copy()
@@ -145,28 +141,23 @@ def _without_doubles(proposals: Proposals, config: LayoutConfig) -> Proposals:
 
 
 def _without_parts(proposals: Proposals, config: LayoutConfig) -> Proposals:
-    """Rules 3 and 4."""
+    """Apply rules 3 and 4."""
     common = shared_pixels(proposals.masks)
     sizes = np.diagonal(common)
     inside = (common >= config.inside * sizes[:, None]) & (sizes[:, None] < sizes)
-    heap = np.array(
-        [_is_heap(proposals.masks, k, np.flatnonzero(inside[:, k]), config) for k in range(len(sizes))]
-    )
-    heap = heap.astype(bool)
+    heap = np.zeros(len(sizes), bool)
+    for k, mask in enumerate(proposals.masks):
+        within = np.flatnonzero(inside[:, k])
+        if len(within) >= 2:
+            filled = np.count_nonzero(proposals.masks[within].any(axis=0) & mask)
+            heap[k] = filled >= config.filled * sizes[k]
     surer = proposals.scores > proposals.scores[:, None]
     part = (inside & surer & ~heap).any(axis=1) & (proposals.wanted_p == 0)
     return proposals[np.flatnonzero(~heap & ~part)]
 
 
-def _is_heap(masks: Bool[np.ndarray, "n h w"], k: int, within: np.ndarray, config: LayoutConfig) -> bool:
-    if len(within) < 2:
-        return False
-    filled = np.count_nonzero(masks[within].any(axis=0) & masks[k])
-    return bool(filled >= config.filled * np.count_nonzero(masks[k]))
-
-
 def shared_pixels(masks: Bool[np.ndarray, "n h w"]) -> Int64[np.ndarray, "n n"]:
-    """How many pixels each two masks have in common."""
+    """Return how many pixels each two masks have in common."""
     bits = np.packbits(masks.reshape(len(masks), masks.shape[1] * masks.shape[2]), axis=1)
     words = np.pad(bits, ((0, 0), (0, -bits.shape[1] % 8))).view(np.uint64)
     rows = [np.bitwise_count(words & w).sum(axis=1, dtype=np.int64) for w in words]

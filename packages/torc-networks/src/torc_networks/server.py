@@ -10,10 +10,9 @@ from typing import Any
 
 import torc
 from torc import InputError, TorcError
-from torc.errors import MissingDependencyError, extra_remedy
 from torc.interrupts import ended_like_ctrl_c
 from torc_networks.addresses import OPEN, is_loopback
-from torc_networks.wire import MAX_BYTES, WireError, decode, encode
+from torc_networks.wire import MAX_BYTES, decode, encode, library
 
 Handler = Callable[[Mapping[str, Any]], Mapping[str, Any]]
 """From the fields of a request to those of its answer; what it raises becomes {"error": text}."""
@@ -25,13 +24,17 @@ class NetworkServer:
     """Listens from the start, and answers while `run` runs. Use it in a `with`.
 
     Args:
-        handlers: by action; `health` and `metadata` are there without.
-        name: what it is, for `metadata`.
+        handlers: by action; `health` and `metadata` are added.
+        name: its name in `metadata`.
         port: 0 for any free one.
-        host: of this machine; another one than its own loopback address only with `remote`.
-        say: takes a line for whoever watches the server.
+        host: where to listen; only with `remote` other than this machine's loopback address.
+        remote: allow other machines.
+        max_bytes: longest message.
+        say: is given lines for whoever watches the server.
 
-    Raises InputError where it cannot listen, and MissingDependencyError without pyzmq.
+    Raises:
+        InputError: it cannot listen there.
+        MissingDependencyError: pyzmq is not installed.
     """
 
     def __init__(
@@ -50,7 +53,7 @@ class NetworkServer:
             )
         if not 0 <= port < 65536:
             raise InputError(f"--port must be 0 (any free one) to 65535, not {port}.")
-        zmq = _zmq()
+        zmq = library("zmq")
         self.handlers, self.name, self.max_bytes, self.say = dict(handlers), name, max_bytes, say
         self._socket = zmq.Context.instance().socket(zmq.REP)
         self._socket.maxmsgsize = max_bytes
@@ -71,36 +74,31 @@ class NetworkServer:
         while stop is None or not stop.is_set():
             # A wait without end does not always notice Ctrl-C.
             if self._socket.poll(_LOOK_MS):
-                self._socket.send(self._answered(self._socket.recv_multipart()))
-
-    def close(self) -> None:
-        """Stop listening."""
-        self._socket.close()
+                self._socket.send(self._answered(b"".join(self._socket.recv_multipart())))
 
     def __enter__(self) -> "NetworkServer":
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.close()
+        self._socket.close()
 
-    def _answered(self, parts: list[bytes]) -> bytes:
+    def _answered(self, packed: bytes) -> bytes:
         try:
-            if len(parts) != 1:
-                raise WireError(f"a request is one part, not {len(parts)}.")
-            request = decode(parts[0], self.max_bytes)
+            request = decode(packed)
             return encode(dict(self._handled(request.pop("action", None), request)), self.max_bytes)
         except TorcError as error:
-            return _refusal(str(error))
+            text = str(error)
         except Exception as error:  # a handler may fail in any way, and the next request must be answered
             self.say(traceback.format_exc())
-            return _refusal(f"{type(error).__name__}: {error}")
+            text = f"{type(error).__name__}: {error}"
+        return encode({"error": text[:_MOST_TEXT].encode("utf-8", "replace").decode()})
 
     def _handled(self, action: Any, fields: Mapping[str, Any]) -> Mapping[str, Any]:
         if action == "health":
             return {"status": "ok"}
         if action == "metadata":
             return {"name": self.name, "actions": sorted(self.handlers), "torc": torc.__version__}
-        handler = self.handlers.get(action) if isinstance(action, str) else None
+        handler = self.handlers.get(str(action))
         if handler is None:
             known = ", ".join(["health", "metadata", *sorted(self.handlers)])
             raise InputError(f"There is no action {str(action)[:40]!r} here; there are {known}.")
@@ -110,7 +108,7 @@ class NetworkServer:
 def serve(
     handlers: Mapping[str, Handler], name: str, port: int, host: str = "127.0.0.1", remote: bool = False
 ) -> None:
-    """Serve until Ctrl-C or SIGTERM, and say what and where."""
+    """Serve until Ctrl-C or SIGTERM; print what is served and where. Arguments as for NetworkServer."""
     with ended_like_ctrl_c(), NetworkServer(handlers, name, port, host, remote) as server:
         try:
             server.say(f"{name} answers {', '.join(sorted(handlers))} at {server.address}\nCtrl-C ends it.")
@@ -119,15 +117,3 @@ def serve(
             server.run()
         except KeyboardInterrupt:
             server.say("")
-
-
-def _refusal(text: str) -> bytes:
-    return encode({"error": text[:_MOST_TEXT].encode("utf-8", "replace").decode()})
-
-
-def _zmq() -> Any:
-    try:
-        import zmq
-    except ImportError as error:
-        raise MissingDependencyError("Serving a network", extra_remedy("networks")) from error
-    return zmq

@@ -7,10 +7,8 @@ import numpy as np
 import pytest
 
 from torc.errors import InputError
-from torc_networks.sam.grounding import as_phrase, ground
+from torc_networks.sam.inference import as_phrase, ground, masks_in_boxes, segment_concepts
 from torc_networks.sam.network import Runtime
-from torc_networks.sam.sam2 import masks_in_boxes
-from torc_networks.sam.sam3 import segment_concepts
 
 WHAT = "the red box"
 
@@ -78,7 +76,8 @@ def test_boxes_without_extent_or_with_nan_are_none(dino, rgb, monkeypatch):
 def test_masks_of_many_boxes_are_those_of_each_box_and_of_transformers(sam2, rgb, rng, torch, count):
     first = rng.uniform(0, 60, (count, 2))
     corners = np.hstack([first, first + rng.uniform(5, 36, (count, 2))]).astype(np.float32)
-    masks, expected = masks_in_boxes(rgb, corners, sam2)
+    found = masks_in_boxes(rgb, corners, sam2)
+    masks, expected = found.masks, found.scores
     assert masks.shape == (count, 96, 128)
     assert np.isfinite(expected).all()
     for k in {0, count - 1}:
@@ -92,9 +91,9 @@ def test_masks_of_many_boxes_are_those_of_each_box_and_of_transformers(sam2, rgb
 
 
 def test_no_boxes_are_no_masks(sam2, rgb):
-    masks, expected = masks_in_boxes(rgb, np.zeros((0, 4), np.float32), sam2)
-    assert masks.shape == (0, 96, 128)
-    assert expected.shape == (0,)
+    found = masks_in_boxes(rgb, np.zeros((0, 4), np.float32), sam2)
+    assert found.masks.shape == (0, 96, 128)
+    assert found.scores.shape == (0,)
 
 
 def test_sam3_encodes_a_picture_once_and_says_what_two_calls_say(sam3, rgb, torch, monkeypatch):

@@ -1,6 +1,6 @@
-"""What a model is asked about a row: one text for each variant, the same in every harness.
+"""Write the question about a row: one text for each variant, the same in every harness.
 
-A row here is any mapping with the columns of `torc_next_object.schema`; nothing but the standard library is needed.
+A row here is any mapping with the columns of `torc_next_object.schema`; only the standard library is needed.
 """
 
 import hashlib
@@ -11,12 +11,10 @@ from string import Template
 from typing import Any
 
 VARIANTS = ("image", "grasps", "relations")
-"""What a model is given: the picture alone; what can be grasped and what blocks what, too; or who seems to stand behind
-whom.
-"""
+"""A model gets the picture alone; or also what is graspable and what blocks what; or what seems to be behind what."""
 VERSIONS = (1, 2)
-"""Of the questions, prompts and pictures, which are told by a row's `questions`; a row without it has the first. A
-changed prompt is a new file with the next number; results name theirs.
+"""Versions of prompts and pictures; a row's `questions` names its own, the first by default. A changed prompt is a new
+file with the next number; results name theirs.
 """
 _TARGET = 0
 _MARKED = {
@@ -31,26 +29,26 @@ _REFERENCES = " The further pictures show the target alone: look for it in the f
 
 
 def version_of(row: Mapping[str, Any]) -> int:
-    """The version of a row's questions."""
+    """Return the version of a row's questions."""
     return int(row.get("questions") or 1)
 
 
 def prompt_name(variant: str, version: int = 1) -> str:
-    """The name of a variant's prompt, with its version. Raises ValueError for one that there is not."""
-    if variant not in VARIANTS:
-        raise ValueError(f"'{variant}' is no variant; there are {', '.join(VARIANTS)}.")
-    if version not in VERSIONS:
-        raise ValueError(f"There are no questions of version {version}; there are {VERSIONS}.")
+    """Return the name of a variant's prompt, with its version. Raises ValueError if there is none."""
+    if variant not in VARIANTS or version not in VERSIONS:
+        raise ValueError(
+            f"There is no prompt '{variant}', version {version}; there are {VARIANTS}, {VERSIONS}."
+        )
     return f"next-object-{variant}-{version}"
 
 
 def prompt_digest(variant: str, version: int = 1) -> str:
-    """SHA-256 of a variant's prompt before it is filled."""
+    """Return the SHA-256 of a variant's prompt before it is filled in."""
     return hashlib.sha256(_template(variant, version).encode()).hexdigest()
 
 
 def prompt_text(row: Mapping[str, Any], variant: str) -> str:
-    """What a model is asked about a row. It ends by asking for a last line "Answer: N"."""
+    """Return the question about a row. It ends by asking for a last line "Answer: N"."""
     hidden = f"It is not in sight: nothing in the picture carries the number {_TARGET}."
     seen = f"It is in sight and carries the number {_TARGET}."
     version = version_of(row)
@@ -67,9 +65,7 @@ def prompt_text(row: Mapping[str, Any], variant: str) -> str:
 
 
 def sent_pictures(row: Mapping[str, Any]) -> tuple[Any, ...]:
-    """The pictures that go with the text, in their order: the marked one, then those of the target; of the kind that
-    the row holds.
-    """
+    """Return the pictures of the question, in the row's own type: the marked one, then those of the target."""
     return (row["image"], *(row["references"] or ()))
 
 
@@ -87,6 +83,6 @@ def _pictures(marked: str, references: int) -> str:
 
 
 def _relations(text: str) -> str:
-    """One pair a line."""
+    """Write one pair a line."""
     pairs = json.loads(text or "[]")
     return "[\n  " + ",\n  ".join(map(json.dumps, pairs)) + "\n]" if pairs else "None."

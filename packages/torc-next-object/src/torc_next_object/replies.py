@@ -1,4 +1,4 @@
-"""From a model's text to the number that it names. Whatever the text holds, nothing is raised."""
+"""Read the number that a model's text names. No text raises an error."""
 
 import re
 from collections.abc import Collection
@@ -9,7 +9,7 @@ from torc.vlm.replies import MAX_CHARACTERS, find_json
 
 ACTIONS = ("remove", "pick")
 KEYS = ("answer", "number", "object", "object_id", "choice", "input")
-"""Names under which an object of JSON holds the number; or it holds a "plan", whose first action counts."""
+"""Keys under which a JSON object may hold the number; or it holds a "plan", whose first action counts."""
 _SHORT = 200
 """Characters; in a longer text a lone number may be anything."""
 _THOUGHTS = re.compile(r"^.*</think(?:ing)?>", re.DOTALL | re.IGNORECASE)
@@ -25,17 +25,17 @@ _WRAPPING = " \t\r\n.*_`\"'()[]{}<>#:;!"
 
 
 def read_number(text: Any, numbers: Collection[int]) -> int | None:
-    """The number that a reply names, if it is one of `numbers`; None for a reply that names none of them, or several.
+    """Return the number that a reply names, if it is one of `numbers`; None if it names none of them, or several.
 
-    The first of these that the reply has decides, and if it says nothing of use, nothing else does:
+    The first of these that the reply has decides, even if it holds no valid number:
 
     1. a last line with "Answer: 7", but not "7 or 3" (or \\boxed{7});
     2. JSON, fenced or not: {"answer": 7}, or a plan, [{"action": "remove", "input": 7}, ...], alone or under "plan",
        whose first action counts;
-    3. "Answer: 7" somewhere, the last one;
-    4. a text that is, or a short one that holds, one number and no other.
+    3. the last "Answer: 7" anywhere;
+    4. a text that is one number, or a short one that holds just one.
 
-    What stands before </think> does not count. A letter is never an answer.
+    Text before </think> does not count. A letter is never an answer.
     """
     if not isinstance(text, str):
         return None
@@ -53,10 +53,10 @@ def _named(said: str) -> int | None:
         return _in_json(data)
     if (marked := _marked(said)) is not None:
         return marked
-    bare = number_in_text(said.strip(_WRAPPING)) if len(said) <= _SHORT else None
-    if bare is not None:
-        return bare
-    return _only_number(said) if len(said) <= _SHORT else None
+    if len(said) > _SHORT:
+        return None
+    bare = number_in_text(said.strip(_WRAPPING))
+    return _only_number(said) if bare is None else bare
 
 
 def _marked(text: str) -> int | None:
@@ -65,7 +65,7 @@ def _marked(text: str) -> int | None:
 
 
 def _is_answer(data: Any) -> bool:
-    """Whether it has the form of an answer; what else stands in brackets in a text is none."""
+    """Check whether JSON has the form of an answer; other brackets in a text are not one."""
     if isinstance(data, dict):
         return "plan" in data or any(key in data for key in KEYS)
     return isinstance(data, list) and any(isinstance(item, dict) for item in data)
@@ -77,18 +77,12 @@ def _in_json(data: Any) -> int | None:
         first = plan[0] if plan else None
         if not isinstance(first, dict) or first.get("action") not in ACTIONS:
             return None
-        return _natural(first.get("input"))
-    return next((_natural(data[key]) for key in KEYS if key in data), None)
-
-
-def _natural(value: Any) -> int | None:
-    """A whole number that is not negative, from JSON."""
-    number = whole_number(value)
-    return number if number is not None and number >= 0 else None
+        return whole_number(first.get("input"))
+    return next((whole_number(data[key]) for key in KEYS if key in data), None)
 
 
 def _only_number(said: str) -> int | None:
-    """The number of a text that has no other one, e.g. "I would remove object 7."."""
+    """Return the number of a text that has no other one, e.g. "I would remove object 7."."""
     found = set(_NUMBERS.findall(said))
     alone = found.pop() if len(found) == 1 else ""
     return int(alone) if re.fullmatch("[0-9]{1,3}", alone) else None

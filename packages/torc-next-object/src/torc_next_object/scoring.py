@@ -1,23 +1,25 @@
-"""Scores of answers, without a simulator: plain functions of rows and numbers, the same in every harness.
+"""Score answers without a simulator: plain functions of rows and numbers, the same in every harness.
 
-A row here is any mapping with COLUMNS, which `torc_next_object.schema` explains. Nothing but NumPy is needed.
+A row here is any mapping with COLUMNS, which `torc_next_object.schema` explains. Only NumPy is needed.
 """
 
 import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 
 COLUMNS = ("id", "scene", "source", "category", "target_hidden", "numbers", "values", "random_value")
-"""What scoring needs of a row."""
+"""The columns of a row that scoring needs."""
 BEST_WITHIN = 0.05
-"""In picks: choices that near the best are as good, and rows whose random choice is, do not count for the regret."""
+"""Picks: choices this near the best are as good; rows whose random choice is do not count for the regret."""
 DIFFICULTIES = (("easy", 1.5), ("medium", 2.5), ("hard", float("inf")))
-"""Names and upper bounds: picks until the target is there, with the best choice."""
+"""Names and upper bounds, by the picks until the target is delivered with the best choice."""
 CROWDS = (("1-8", 8), ("9-14", 14), ("15-35", float("inf")))
-"""The same for the number of choices."""
+"""Names and upper bounds, by the number of choices."""
+GROUPS = {"hard": "difficulty", "hidden": "target", "visible": "target"}
+"""The groups whose regret is shown beside the whole, and their kinds in `Scores.by`."""
 RESAMPLES = 1000
 SEED = 0
 DIGITS = 4
@@ -30,10 +32,11 @@ class Scored:
     """One answer.
 
     Attributes:
-        number: that it names; None: no valid answer.
-        lost: picks more than the best choice's; of an invalid answer, what a random choice loses on average.
-        spread: what a random choice loses.
-        top1: whether it is one of the best.
+        number: the number that it names; None if it is invalid.
+        lost: picks more than with the best choice; for an invalid answer, those that a random choice loses on average.
+        spread: picks that a random choice loses on average.
+        top1: whether it is one of the best choices.
+        groups: kind and group, e.g. ("difficulty", "hard").
     """
 
     id: str
@@ -46,27 +49,28 @@ class Scored:
 
     @property
     def counts(self) -> bool:
-        """Whether the choice matters, so that there is a regret."""
+        """Whether the choice matters; if not, there is no regret."""
         return self.spread > BEST_WITHIN
 
     @property
     def regret(self) -> float | None:
-        """0: as the best choice; 1: as a random one; None where it does not matter what is chosen."""
+        """0 for the best choice, 1 for a random one; None if the choice does not matter."""
         return self.lost / self.spread if self.counts else None
 
 
 @dataclass(frozen=True)
 class Scores:
-    """Scores of a set of answers; an interval (95 %) is of scenes drawn with replacement.
+    """Scores of a set of answers; intervals (95 %) resample scenes.
 
     Attributes:
         rows, scenes, counted: decisions, problems, and decisions that count for the regret.
-        regret: the picks lost, over all rows that count, by the picks that random choices lose there: 0 best, 1 as
-            RANDOM. (A mean of the rows' own regrets would hang on those in which hardly anything can be lost.)
+        regret: picks lost in all rows that count, over those that random choices lose there: 0 best, 1 as RANDOM. (A
+            mean of the rows' own regrets would depend on those in which hardly anything can be lost.)
+        regret_low, regret_high, top1_low, top1_high: ends of the intervals.
         lost: picks lost per decision.
         top1: share of answers that are among the best; invalid ones are not.
-        invalid: share of replies that name no number in sight.
-        by: the same by group: {"difficulty": {"easy": {...}}, ...}.
+        invalid: share of replies that name no visible number.
+        by: all these by group: {"difficulty": {"easy": {...}}, ...}.
     """
 
     rows: int
@@ -83,12 +87,12 @@ class Scores:
     by: Mapping[str, Mapping[str, Mapping[str, Any]]]
 
     def to_dict(self) -> dict[str, Any]:
-        """As data of JSON, rounded to DIGITS."""
-        return _rounded({name: getattr(self, name) for name in self.__dataclass_fields__})
+        """Return data for JSON, rounded to DIGITS."""
+        return _rounded(asdict(self))
 
 
 def score_answer(row: Row, number: int | None) -> Scored:
-    """What an answer is worth; None, or a number that is no choice, is an invalid one."""
+    """Score one answer; None, or a number that is not a choice, is invalid."""
     numbers, values = [int(n) for n in row["numbers"]], [float(v) for v in row["values"]]
     least, chance = min(values), float(row["random_value"])
     spread = chance - least
@@ -108,9 +112,7 @@ def score_answer(row: Row, number: int | None) -> Scored:
 
 
 def score_answers(answers: Iterable[tuple[Row, int | None]]) -> Scores:
-    """Scores of rows with their answers, in any order. Raises ValueError where there are none, or one row is there
-    twice.
-    """
+    """Score rows with their answers, in any order. Raises ValueError if there are none, or a row occurs twice."""
     scored = sorted((score_answer(row, number) for row, number in answers), key=lambda s: s.id)
     if not scored:
         raise ValueError("There are no answers to score.")
@@ -120,28 +122,48 @@ def score_answers(answers: Iterable[tuple[Row, int | None]]) -> Scores:
 
 
 def score_baselines(rows: Sequence[Row]) -> dict[str, dict[str, Any]]:
-    """Of each baseline that has chosen in every row (the column `baselines`), best first."""
+    """Score each baseline that has chosen in every row (the column `baselines`), best first."""
     chosen = [json.loads(row["baselines"] or "{}") for row in rows]
     names = set(chosen[0]).intersection(*chosen) if chosen else set()
     found = {
         name: score_answers((row, choices[name]) for row, choices in zip(rows, chosen)).to_dict()
         for name in names
     }
-    return dict(sorted(found.items(), key=lambda item: (_worst_last(item[1]["regret"]), item[0])))
+    order = sorted((scores["regret"] is None, scores["regret"], name) for name, scores in found.items())
+    return {name: found[name] for *_, name in order}
 
 
-def _worst_last(regret: float | None) -> float:
-    return float("inf") if regret is None else regret
+def group_regrets(scores: Mapping[str, Any]) -> dict[str, float | None]:
+    """Return the regret of each of GROUPS, from `Scores.to_dict`; None if no row counts."""
+    return {group: scores["by"].get(kind, {}).get(group, {}).get("regret") for group, kind in GROUPS.items()}
+
+
+def shown(value: float | None) -> str:
+    """Return a regret as text; a dash for None."""
+    return "-" if value is None else f"{value:.2f}"
+
+
+def scores_table(scores: Mapping[str, Mapping[str, Any]]) -> str:
+    """Return scores (`Scores.to_dict`) by name as a Markdown table with aligned columns."""
+    heading = ["who", "regret", "95 %", "best choice", "picks lost", "invalid"]
+    table = [[*heading, *(f"regret, {group}" for group in GROUPS)], ["---"] * (len(heading) + len(GROUPS))]
+    for name, found in scores.items():
+        interval = f"{shown(found['regret_low'])} to {shown(found['regret_high'])}"
+        shares = [f"{found[key]:.2f}" for key in ("top1", "lost", "invalid")]
+        parts = map(shown, group_regrets(found).values())
+        table.append([name, shown(found["regret"]), interval, *shares, *parts])
+    widths = [max(map(len, column)) for column in zip(*table)]
+    lines = (" | ".join(cell.ljust(width) for cell, width in zip(line, widths)) for line in table)
+    return "\n".join(f"| {line} |" for line in lines)
 
 
 def summary(scored: Sequence[Scored]) -> Scores:
-    """Scores of answers that are scored, each row once."""
+    """Return the scores of scored answers, each row once."""
     by: dict[str, dict[str, Any]] = {}
     for kind in dict(scored[0].groups):
         names = sorted({dict(s.groups)[kind] for s in scored})
         by[kind] = {name: _part([s for s in scored if dict(s.groups)[kind] == name]) for name in names}
-    whole = _part(scored)
-    return Scores(**whole, by=by)
+    return Scores(**_part(scored), by=by)
 
 
 def _part(scored: Sequence[Scored]) -> dict[str, Any]:
@@ -150,45 +172,36 @@ def _part(scored: Sequence[Scored]) -> dict[str, Any]:
     place = {scene: i for i, scene in enumerate(scenes)}
     sums = np.zeros((len(scenes), 5))
     for s in ordered:
-        counts = float(s.counts)
-        sums[place[s.scene]] += (1.0, float(s.top1), s.lost, counts * s.lost, counts * s.spread)
+        row = (1.0, float(s.top1), s.lost, s.counts * s.lost, s.counts * s.spread)
+        sums[place[s.scene]] += row
     drawn = np.random.default_rng(SEED).integers(len(scenes), size=(RESAMPLES, len(scenes)))
-    again = sums[drawn].sum(axis=1)
-    total = sums.sum(axis=0)
-    regret_low, regret_high = _interval(_regret, again)
-    top1_low, top1_high = _interval(_top1, again)
+    total, again = sums.sum(axis=0), sums[drawn].sum(axis=1)
+    regret, regret_low, regret_high = _ratio(total, again, 3, 4)
+    top1, top1_low, top1_high = _ratio(total, again, 1, 0)
     return {
         "rows": len(ordered),
         "scenes": len(scenes),
         "counted": sum(s.counts for s in ordered),
-        "regret": _regret(total),
+        "regret": regret,
         "regret_low": regret_low,
         "regret_high": regret_high,
         "lost": float(total[2] / total[0]),
-        "top1": _top1(total),
+        "top1": top1,
         "top1_low": top1_low,
         "top1_high": top1_high,
         "invalid": sum(s.number is None for s in ordered) / len(ordered),
     }
 
 
-def _regret(sums: np.ndarray) -> float | None:
-    return float(sums[3] / sums[4]) if sums[4] > 0 else None
-
-
-def _top1(sums: np.ndarray) -> float:
-    return float(sums[1] / sums[0])
-
-
-def _interval(
-    measure: Callable[[np.ndarray], float | None], samples: np.ndarray
-) -> tuple[float | None, float | None]:
-    """Its 2.5 % and 97.5 % quantiles over resampled sums; None where it is not defined."""
-    found = [value for value in map(measure, samples) if value is not None]
-    if not found:
-        return None, None
-    low, high = np.quantile(found, (0.025, 0.975))
-    return float(low), float(high)
+def _ratio(
+    total: np.ndarray, again: np.ndarray, over: int, by: int
+) -> tuple[float, float, float] | tuple[None, None, None]:
+    """Return the ratio of two columns of sums, and its 2.5 % and 97.5 % quantiles over resampled sums."""
+    if total[by] <= 0:
+        return None, None, None
+    counted = again[again[:, by] > 0]
+    low, high = np.quantile(counted[:, over] / counted[:, by], (0.025, 0.975))
+    return float(total[over] / total[by]), float(low), float(high)
 
 
 def _group(bounds: Sequence[tuple[str, float]], value: float) -> str:

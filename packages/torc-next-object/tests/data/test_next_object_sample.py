@@ -6,15 +6,14 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from next_object_sample import FILE, chosen_decisions
+from next_object_sample import FILE, chosen_decisions, write_sample
 
 from next_object_helpers.tiny_next_object import tiny_rows
 from tests.helpers.vlm_server import FakeVlmServer, Say
 from torc.cli.main import parse
 from torc.errors import InputError
 from torc.vlm.keys import OWN_SERVER_VARIABLE
-from torc_next_object.data.opening import open_rows
-from torc_next_object.data.sample import SAMPLE, sample_rows, write_sample
+from torc_next_object.data.opening import SAMPLE, open_rows, sample_rows
 from torc_next_object.prompting import VARIANTS, prompt_text, sent_pictures
 
 VALUES = Path(__file__).parents[4] / "results" / "next-object" / "values.jsonl"

@@ -143,4 +143,4 @@ def test_rows_are_made_gone_on_with_and_numbered_by_the_key(tmp_path, capsys):
     assert not (tmp_path / "c" / "reference.json").exists()
     chosen = json.loads(row.baselines)
     assert {"random", "first", "largest", "nearest", "dg-select", "belief", "learned"} <= set(chosen)
-    assert row.value_of(row.best[0]) == min(row.values) <= row.random_value
+    assert row.values[row.numbers.index(row.best[0])] == row.best_value <= row.random_value

@@ -7,7 +7,7 @@ from leaderboard import PAGE, SPLIT, entry, line, page, read
 
 from next_object_helpers.tiny_next_object import tiny_replies, tiny_rows
 from torc.errors import InputError
-from torc_next_object.asking.recorded_replies import RecordedReply
+from torc_next_object.asking.evaluation import RecordedReply
 from torc_next_object.asking.standing import FORMAT, standing
 from torc_next_object.scoring import score_baselines
 

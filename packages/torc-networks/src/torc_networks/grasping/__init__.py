@@ -1,1 +1,1 @@
-"""Grasp planners whose candidates come from a network in another process; torc checks and scores them."""
+"""Grasp planners whose candidates come from a network in another process."""

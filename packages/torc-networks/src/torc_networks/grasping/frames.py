@@ -1,6 +1,6 @@
-"""From the frames of grasp networks to torc's: x closing, z approach, origin between the fingertips.
+"""Convert the frames of grasp networks to torc's: x closing, z approach, origin between the fingertips.
 
-Both networks here have torc's axes, but another origin, behind the fingertips.
+Both networks have torc's axes, but an origin behind the fingertips.
 """
 
 from typing import Any
@@ -12,13 +12,13 @@ from torc.grasping.hand import HandGeometry
 from torc.robots.gripper import GripperDescription
 
 PANDA_TIP_M = 0.1034
-"""Contact-GraspNet's origin is this far behind the fingertips of the Franka hand that it was trained with."""
+"""Distance of Contact-GraspNet's origin behind the fingertips of the Franka hand that it was trained with."""
 
 
 def along_axes(
     Ts: Float[np.ndarray, "n 4 4"], offsets: Float[np.ndarray, "n 3"]
 ) -> Float[np.ndarray, "n 4 4"]:
-    """Poses moved along their own axes: T @ translation(offset)."""
+    """Move poses along their own axes: T @ translation(offset)."""
     out = Ts.copy()
     out[:, :3, 3] += np.einsum("nij,nj->ni", Ts[:, :3, :3], offsets)
     return out
@@ -27,15 +27,16 @@ def along_axes(
 def tcp_of_contact_graspnet(
     Ts_camera_hand: Float[np.ndarray, "n 4 4"], T_world_camera: Float[np.ndarray, "4 4"]
 ) -> Float[np.ndarray, "n 4 4"]:
-    """T_world_tcp of Contact-GraspNet's poses in the camera frame. The fingertips stay where the network wants those of
-    the Franka hand, whatever the gripper.
+    """Return T_world_tcp of Contact-GraspNet's poses in the camera frame.
+
+    The fingertips stay where the network wants those of the Franka hand, whatever the gripper.
     """
     tips = np.tile([0.0, 0.0, PANDA_TIP_M], (len(Ts_camera_hand), 1))
     return T_world_camera @ along_axes(Ts_camera_hand, tips)
 
 
 def fingertips(gripper: GripperDescription, widths_m: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n 3"]:
-    """Where the TCP is in GraspGenX's base frame, per opening: the flange's origin with the TCP's axes."""
+    """Return the TCP in GraspGenX's base frame, per opening: the flange's origin with the TCP's axes."""
     Ts = gripper.Ts_tool0_tcp_at(widths_m)
     return np.einsum("nji,nj->ni", Ts[:, :3, :3], Ts[:, :3, 3])
 
@@ -43,9 +44,9 @@ def fingertips(gripper: GripperDescription, widths_m: Float[np.ndarray, "n"]) ->
 def measured_widths(
     Ts_world_tcp: Float[np.ndarray, "n 4 4"], points: Float[np.ndarray, "m 3"], hand: HandGeometry
 ) -> Float[np.ndarray, "n"]:
-    """Distance of the pads when the first of them touches one of an object's points (world); 0 where none is between.
+    """Return the distance between the pads when one meets an object's points (world); 0 if no point is between them.
 
-    The fingers close evenly about the grasp: of an object that is off its middle they meet one side first.
+    The fingers close evenly about the grasp: if the object is off its middle, they meet one side first.
     """
     out = np.zeros(len(Ts_world_tcp))
     for k, T in enumerate(Ts_world_tcp):
@@ -61,7 +62,7 @@ def measured_widths(
 
 
 def gripper_config(gripper: GripperDescription, kind: str = "parallel_2f") -> dict[str, Any]:
-    """A gripper as GraspGenX's config.json describes it, in its base frame (see `fingertips`), metres.
+    """Describe a gripper as GraspGenX's config.json does, in its base frame (see `fingertips`), metres.
 
     The volumes that the fingers sweep are the space between the pads, open and half open.
     """

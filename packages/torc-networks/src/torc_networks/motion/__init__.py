@@ -1,1 +1,1 @@
-"""Free motions by a planner in another process; the straight ones, and all checks, stay torc's own."""
+"""Free motions by a planner in another process; straight ones and all checks stay torc's own."""

@@ -1,4 +1,4 @@
-"""Whether a server's motion may be carried out: from where to where, within the joints' limits, and off everything."""
+"""Check whether a server's motion may be carried out: its ends, the joint limits, its speed, and contacts."""
 
 import numpy as np
 from jaxtyping import Float
@@ -10,7 +10,7 @@ from torc.motion.config import MotionConfig
 from torc.motion.space import FreeSpace, MotionQuery, loosened
 from torc.records import Trajectory
 from torc.robots.description import ArmDescription
-from torc_networks.answers import Motion
+from torc_networks.fields import Motion
 
 _NEAR_RAD = 2e-3
 _LIMIT_RAD = 1e-3
@@ -18,13 +18,13 @@ _LONGEST_S = 120.0
 
 
 class UnusableMotionError(Exception):
-    """Why a motion is none for the query: the server did not do what it was asked to."""
+    """A motion does not fit the query: the server did not do what it was asked to."""
 
 
 def usable_trajectory(
     motion: Motion, query: MotionQuery, arm: ArmDescription, config: MotionConfig
 ) -> tuple[Trajectory, int]:
-    """The motion as it will be carried out, and to which of the goals it leads; collisions are not looked for.
+    """Return the motion as it will be carried out, and the index of the goal it leads to; contacts are not checked.
 
     Start and end are made exact, and a motion that is too fast for the arm is slowed down as a whole. Raises
     UnusableMotionError if it begins or ends elsewhere, leaves the joint limits, or takes longer than two minutes.
@@ -46,7 +46,7 @@ def usable_trajectory(
 
 
 def stays_free(trajectory: Trajectory, space: FreeSpace, grazing_m: float) -> bool:
-    """Whether nothing is touched on the way, between the samples either; paddings may be entered by so much."""
+    """Check that nothing is touched on the way, between the samples either; paddings may be entered by grazing_m."""
     strict = loosened(space, grazing_m)
     if strict.collides(trajectory.qpos).any():
         return False
@@ -59,7 +59,7 @@ def stays_free(trajectory: Trajectory, space: FreeSpace, grazing_m: float) -> bo
 def _slowed(
     times: Float[np.ndarray, "t"], qpos: Float[np.ndarray, "t dof"], arm: ArmDescription, config: MotionConfig
 ) -> Trajectory:
-    """Sampled as torc's own trajectories are, at rest at both ends, as slow as the arm needs it."""
+    """Sample as torc's own trajectories are, at rest at both ends, as slowly as the arm needs."""
     speeds = np.gradient(qpos, times, axis=0)
     speeds[0] = speeds[-1] = 0.0
     path, timing = CubicHermiteSpline(times, qpos, speeds), config.timing
@@ -81,7 +81,7 @@ def _slowed(
 def _extremes(
     times: Float[np.ndarray, "t"], qpos: Float[np.ndarray, "t dof"], speeds: Float[np.ndarray, "t dof"]
 ) -> tuple[Float[np.ndarray, "dof"], Float[np.ndarray, "dof"]]:
-    """The largest speed and acceleration of each joint on the cubics through the samples."""
+    """Return the largest speed and acceleration of each joint on the cubics through the samples."""
     h = np.diff(times)[:, None]
     mean, v0, v1 = np.diff(qpos, axis=0) / h, speeds[:-1], speeds[1:]
     a0, a1 = (6 * mean - 4 * v0 - 2 * v1) / h, (2 * v0 + 4 * v1 - 6 * mean) / h
@@ -96,5 +96,5 @@ def _check_limits(qpos: Float[np.ndarray, "t dof"], arm: ArmDescription) -> None
     over = np.maximum(arm.lower - qpos, qpos - arm.upper).max()
     if over > _LIMIT_RAD:
         raise UnusableMotionError(
-            f"the motion leaves the joint limits by {over:.3f} rad: are those of the server others?"
+            f"the motion leaves the joint limits by {over:.3f} rad: has the server other limits?"
         )

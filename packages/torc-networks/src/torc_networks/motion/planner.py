@@ -1,4 +1,4 @@
-"""The motion planner `curobo`: free motions by a server, approach, lift and everything else as in `sampling`."""
+"""The motion planner `curobo`: free motions by a server; approach, lift and everything else as in `sampling`."""
 
 from dataclasses import dataclass, field
 
@@ -17,63 +17,64 @@ from torc.robots.kinematics import tool0_poses
 from torc.workspace.description import Workspace
 from torc_networks.addresses import ServerConfig
 from torc_networks.client import NetworkClient
+from torc_networks.fields import read_motion
 from torc_networks.motion.checking import UnusableMotionError, stays_free, usable_trajectory
 from torc_networks.motion.world import world_fields
 
 
 @dataclass(frozen=True)
 class CuroboConfig(MotionConfig):
-    """Where the server is; the rest is as in `sampling`, of which `search` decides how many goals are offered."""
+    """The server's address; the rest is as in `sampling`, of which `search` decides how many goals are offered."""
 
     server: ServerConfig = field(default_factory=lambda: ServerConfig("tcp://127.0.0.1:5558"))
 
 
 class CuroboMotionPlanner(SamplingMotionPlanner):
-    """Plans picks as `sampling` does, but for the search for free motions (as the paper uses cuRobo)."""
+    """Plans picks as `sampling` does, except the free motions (as the paper uses cuRobo)."""
 
     def __init__(
         self, robot: RobotDescription, workspace: Workspace, config: CuroboConfig | None = None
     ) -> None:
         asked = CuroboConfig() if config is None else config
         super().__init__(robot, workspace, asked)
-        client = NetworkClient(asked.server)
-        self.free = NetworkFreeMotions(robot, robot_arrays(robot), workspace, asked, client)
+        self.free = NetworkFreeMotions(robot, robot_arrays(robot), workspace, asked)
 
 
 class NetworkFreeMotions(FreeMotions):
     """Free motions that a server plans; each is checked before it is used."""
 
     def __init__(
-        self,
-        robot: RobotDescription,
-        arrays: RobotArrays,
-        workspace: Workspace,
-        config: MotionConfig,
-        client: NetworkClient,
+        self, robot: RobotDescription, arrays: RobotArrays, workspace: Workspace, config: CuroboConfig
     ) -> None:
         super().__init__(robot, arrays, workspace, config)
-        self.client = client
+        self.client = NetworkClient(config.server)
 
     def _motion(
         self, query: MotionQuery, stage: PlanStage, rng: np.random.Generator
     ) -> tuple[Trajectory, int]:
-        """A free motion to one of the goals, and which. Raises NoMotionError where the server finds none, or one that
-        touches something by torc's own check; and NetworkError, also for a motion that was not asked for.
+        """Return a free motion to one of the goals, and which.
+
+        Raises NoMotionError if the server finds none, or one that touches something by torc's own check; NetworkError,
+        also for a motion that was not asked for.
         """
         arm = self._robot.arm
         index = query.by_time()[: self._config.search.goals]
-        fields = world_fields(query.space) | {
-            "joint_names": list(arm.joint_names),
-            "T_world_tool0": tool0_poses(arm, query.start[None])[0],
-            "seed": int(rng.integers(1 << 31)),
-        }
-        found = self.client.plan(query.start, query.goals[index], **fields)
+        answer = self.client.ask(
+            "plan",
+            start=query.start,
+            goals=query.goals[index],
+            joint_names=list(arm.joint_names),
+            T_world_tool0=tool0_poses(arm, query.start[None])[0],
+            seed=int(rng.integers(1 << 31)),
+            **world_fields(query.space),
+        )
+        found = read_motion(answer, arm.dof)
         if isinstance(found, str):
             raise NoMotionError(stage, f"no free path was found for the {stage}: {found}")
         try:
             trajectory, chosen = usable_trajectory(found, query.among(index), arm, self._config)
         except UnusableMotionError as error:
-            raise self.client.unusable("plan", str(error)) from error
+            raise answer.refuse(str(error)) from error
         if not stays_free(trajectory, query.space, self._config.search.grazing_m):
             raise NoMotionError(stage, f"the path that the server found for the {stage} touches something.")
         return trajectory, int(index[chosen])

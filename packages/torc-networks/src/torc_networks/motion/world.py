@@ -1,4 +1,4 @@
-"""What a server is told of the space that a motion must keep to, in the words of cuRobo 0.8 ("v2")."""
+"""Describe the space that a motion must keep to for a server, in the words of cuRobo 0.8 ("v2")."""
 
 from typing import Any
 
@@ -7,7 +7,6 @@ from jaxtyping import Bool, Float, Float32
 from scipy.ndimage import distance_transform_edt
 
 from torc.collision.collision_world import FREE
-from torc.collision.obstacles import WorldArrays
 from torc.collision.placement import RobotArrays
 from torc.motion.space import FreeSpace
 
@@ -17,7 +16,7 @@ _FAR_M = 10.0
 def voxel_esdf(
     occupied: Bool[np.ndarray, "nx ny nz"], voxel_size_m: float
 ) -> Float32[np.ndarray, "nx ny nz"]:
-    """Signed distance, metres, of each voxel's centre: negative inside what is occupied, positive outside; 10 at most.
+    """Return the signed distance of each voxel's centre, metres: negative inside occupied voxels; 10 at most.
 
     That is cuRobo's sign from 0.8 on; before, it was the other one. The surface lies half a voxel from the centres on
     either side of it.
@@ -29,14 +28,8 @@ def voxel_esdf(
     return np.clip(signed, -_FAR_M, _FAR_M).astype(np.float32)
 
 
-def grid_pose(world: WorldArrays) -> Float[np.ndarray, "7"]:
-    """Of the grid's centre, x y z qw qx qy qz; world frame."""
-    centre = world.origin + 0.5 * world.voxel_size_m * np.array(world.kind.shape)
-    return np.array([*centre, 1.0, 0.0, 0.0, 0.0])
-
-
 def attached_spheres(robot: RobotArrays) -> Float[np.ndarray, "a 4"]:
-    """What is in the hand, x, y, z and radius in the tool0 frame."""
+    """Return the spheres in the hand: x, y, z and radius in the tool0 frame."""
     links = len(robot.axes) + 3
     if len(robot.link_start) == links + 1:
         return np.zeros((0, 4))
@@ -45,17 +38,18 @@ def attached_spheres(robot: RobotArrays) -> Float[np.ndarray, "a 4"]:
 
 
 def world_fields(space: FreeSpace) -> dict[str, Any]:
-    """Fields of a request; metres, world frame.
+    """Return the fields of a request that describe the world; metres, world frame.
 
-    esdf (nx, ny, nz), voxel_size and pose (7) are the voxels; boxes (b, 6) lowest and highest corners; padding (3, 2)
-    is of arm, gripper and what is held, against voxels and boxes, self_padding within the robot; width is the opening,
-    attached (a, 4) what is held, in the tool0 frame.
+    esdf (nx, ny, nz), voxel_size and pose (of the grid's centre, x y z qw qx qy qz) are the voxels; boxes (b, 6) lowest
+    and highest corners; padding (3, 2) is of arm, gripper and what is held, against voxels and boxes, self_padding
+    within the robot; width is the opening, attached (a, 4) what is held, in the tool0 frame.
     """
     world = space.world
+    centre = world.origin + 0.5 * world.voxel_size_m * np.array(world.kind.shape)
     return {
         "esdf": voxel_esdf(world.kind != FREE, world.voxel_size_m),
         "voxel_size": world.voxel_size_m,
-        "pose": grid_pose(world),
+        "pose": np.array([*centre, 1.0, 0.0, 0.0, 0.0]),
         "boxes": world.boxes,
         "padding": world.padding,
         "self_padding": world.self_padding,

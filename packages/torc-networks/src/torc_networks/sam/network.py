@@ -1,6 +1,6 @@
-"""Loads a network through transformers, from a folder or the Hugging Face hub, and runs it as its settings say.
+"""Load a network through transformers, from a folder or the Hugging Face hub, and run it by its settings.
 
-torch, torchvision and transformers are imported here, when a network is first used.
+torch, torchvision and transformers are imported when a network is first used.
 """
 
 from collections.abc import Iterator
@@ -8,42 +8,25 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 from torc import InputError
 from torc.errors import MissingDependencyError, extra_remedy
-from torc_networks.sam.weights import known_weights
 
-PAGE = "docs/networks.md"
 _MOST_MISSING = 0.1
-"""Share of a network's arrays that may be missing in its weights: with more they are another network's."""
+"""If a larger share of a network's arrays is missing in the weights, they are another network's."""
 _ONE_INDEX = (
     "pip install --force-reinstall torch torchvision --index-url https://download.pytorch.org/whl/cpu "
-    f"(both from one index; {PAGE})"
+    "(both from one index; docs/networks.md)"
 )
 
 
-@dataclass(frozen=True)
-class Runtime:
-    """Where a network runs.
+class Runtime(NamedTuple):
+    """Where a network runs: device, bfloat16 where that is safe (autocast), threads of the processor."""
 
-    Attributes:
-        device: cpu, or cuda for an NVIDIA GPU.
-        half: in bfloat16 where that is safe (autocast); on cuda alone.
-        threads: of the processor.
-    """
-
-    device: Literal["cpu", "cuda"] = "cpu"
+    device: str = "cpu"
     half: bool = False
     threads: int = 1
-
-    def __post_init__(self) -> None:
-        if self.device not in ("cpu", "cuda"):
-            raise InputError(f"The device is cpu or cuda, not '{self.device}'.")
-        if self.half and self.device != "cuda":
-            raise InputError("Half precision is for cuda alone: set device to cuda, or half to False.")
-        if self.threads < 1:
-            raise InputError(f"A network runs on at least one thread, not {self.threads}.")
 
 
 class Kind(NamedTuple):
@@ -62,7 +45,7 @@ SAM3 = Kind("SAM 3", "Sam3Processor", "Sam3Model")
 
 @dataclass(frozen=True)
 class Network:
-    """A network with what prepares its inputs and reads its outputs, both of transformers."""
+    """A model of transformers with its processor, which prepares inputs and reads outputs."""
 
     processor: Any
     model: Any
@@ -71,7 +54,7 @@ class Network:
 
     @contextmanager
     def running(self) -> Iterator[None]:
-        """Within, it runs without gradients, on its threads, at its precision; torch's threads are restored after."""
+        """Run without gradients, on the configured threads and precision; torch's threads are restored after."""
         torch, before = self.torch, self.torch.get_num_threads()
         torch.set_num_threads(self.runtime.threads)
         try:
@@ -84,17 +67,17 @@ class Network:
             torch.set_num_threads(before)
 
     def inputs(self, **given: Any) -> dict[str, Any]:
-        """What the processor makes of pictures, words or boxes, on the device."""
+        """Prepare pictures, words or boxes, on the device."""
         made = self.processor(**given, return_tensors="pt")
         return {name: value.to(self.runtime.device) for name, value in made.items()}
 
 
 @lru_cache(maxsize=4)
 def load_network(kind: Kind, weights: str, runtime: Runtime) -> Network:
-    """The network with weights of a folder, or of an id on the Hugging Face hub; loaded once per process.
+    """Load a network with the weights of a folder, or of an id on the Hugging Face hub; once per process.
 
-    Raises MissingDependencyError without the extra `sam`, and InputError for weights that cannot be had, or are another
-    network's, and where there is no such device; the text names the remedy.
+    Raises MissingDependencyError without the extra `sam`; InputError if the weights cannot be loaded or are another
+    network's, or there is no such device.
     """
     torch, transformers = _libraries()
     if runtime.device == "cuda" and not torch.cuda.is_available():
@@ -102,7 +85,12 @@ def load_network(kind: Kind, weights: str, runtime: Runtime) -> Network:
             "device is cuda, but torch finds no NVIDIA GPU here, or was built without CUDA: use device cpu, or "
             "install torch and torchvision as https://pytorch.org/get-started says."
         )
-    place = _place(weights)
+    folder = Path(weights).expanduser()
+    is_folder = bool(weights) and folder.is_dir()
+    if not is_folder and (weights.count("/") != 1 or weights[0] in "~./"):
+        raise InputError(
+            f"There is no folder '{weights}' with weights: give one, or an id such as facebook/sam2.1-hiera-tiny."
+        )
     try:
         made_by, made_as = (getattr(transformers, name) for name in (kind.processor, kind.model))
     except (AttributeError, ImportError) as error:
@@ -110,11 +98,22 @@ def load_network(kind: Kind, weights: str, runtime: Runtime) -> Network:
             f"{kind.title} in transformers {transformers.__version__}", extra_remedy("sam")
         ) from error
     try:
+        place = str(folder) if is_folder else weights
         processor = made_by.from_pretrained(place)
-        model, told = made_as.from_pretrained(place, output_loading_info=True)
+        model, report = made_as.from_pretrained(place, output_loading_info=True)
     except Exception as error:  # a stranger's files may fail in any way
-        raise InputError(_unloaded(kind, weights, error)) from error
-    missing, arrays = len(told["missing_keys"]), len(model.state_dict())
+        first, *_ = f"{type(error).__name__}: {error}".strip().splitlines()
+        text = (
+            f"The weights '{weights}' of {kind.title} cannot be loaded ({first.split('. ')[0].rstrip('.')})."
+        )
+        if not is_folder:
+            text += (
+                f" If they are gated, ask for access at https://huggingface.co/{weights}, then run `hf auth login`. "
+                f"Without a network here, run `hf download {weights} --local-dir DIR` where there is one, and name the "
+                "folder instead."
+            )
+        raise InputError(f"{text} docs/networks.md has more.") from error
+    missing, arrays = len(report["missing_keys"]), len(model.state_dict())
     if missing > _MOST_MISSING * arrays:
         raise InputError(
             f"The weights '{weights}' are not {kind.title}'s: {missing} of its {arrays} arrays are missing."
@@ -123,7 +122,7 @@ def load_network(kind: Kind, weights: str, runtime: Runtime) -> Network:
 
 
 def _libraries() -> tuple[Any, Any]:
-    """torch and transformers, with torchvision, by which transformers prepares pictures."""
+    """Import torch and transformers, with torchvision, by which transformers prepares pictures."""
     try:
         import torch
         import torchvision  # noqa: F401
@@ -134,34 +133,3 @@ def _libraries() -> tuple[Any, Any]:
     except (RuntimeError, OSError) as error:  # built for another torch
         raise MissingDependencyError(f"A torchvision that fits torch ({error})", _ONE_INDEX) from error
     return torch, transformers
-
-
-def _place(weights: str) -> str:
-    """The folder, or the id. Raises InputError for a path that is none."""
-    path = Path(weights).expanduser()
-    if weights and path.is_dir():
-        return str(path)
-    if not weights or path.is_absolute() or weights[0] in "~." or weights.count("/") != 1:
-        raise InputError(
-            f"There is no folder '{weights}' with weights: give one, or an id such as facebook/sam2.1-hiera-tiny."
-        )
-    return weights
-
-
-def _unloaded(kind: Kind, weights: str, error: Exception) -> str:
-    """What to do where weights cannot be loaded."""
-    known = known_weights(weights)
-    licence = f" ({known.licence})" if known is not None else ""
-    first, *_ = f"{type(error).__name__}: {error}".strip().splitlines()
-    cause = first.split(". ")[0].rstrip(".")
-    text = [f"The weights '{weights}'{licence} of {kind.title} cannot be loaded ({cause})."]
-    if known is not None and known.gated:
-        text.append(
-            f"They are gated: ask for access at https://huggingface.co/{weights}, then run `hf auth login`."
-        )
-    if not Path(weights).expanduser().is_dir():
-        text.append(
-            f"Without a network here, run `hf download {weights} --local-dir DIR` where there is one, and name the "
-            "folder instead."
-        )
-    return " ".join([*text, f"{PAGE} has more."])

@@ -1,8 +1,8 @@
 """The stages `--perception grounded-sam2`, the paper's, and `--perception sam3`: objects and target by words.
 
 The paper calls Grounding SAM 2 twice: "once with a short natural language description of the target object and then
-prompted just with the word 'Object' to segment all objects". Both stages do so; what follows the masks (ids, clouds,
-memory) is as in `embedded`. "Not in sight" is an answer: a target below its threshold is none.
+prompted just with the word 'Object' to segment all objects". Both stages do so; ids, clouds and memory are made as in
+`embedded`. A target below its threshold is not in sight.
 """
 
 from abc import abstractmethod
@@ -18,25 +18,23 @@ from torc.perception.from_masks import FromMasks, FromMasksConfig, Masks
 from torc.perception.target import Certainty
 from torc.workspace.description import Workspace
 from torc_networks.proposals import LayoutConfig, Proposals, objects_among
-from torc_networks.sam.grounding import Boxes, as_phrase, ground
+from torc_networks.sam.inference import Boxes, as_phrase, ground, masks_in_boxes, segment_concepts
 from torc_networks.sam.network import GROUNDING_DINO, SAM2, SAM3, Kind, Network, Runtime, load_network
-from torc_networks.sam.sam2 import masks_in_boxes
-from torc_networks.sam.sam3 import segment_concepts
 
 
 @dataclass(frozen=True)
 class WordsConfig(FromMasksConfig):
-    """What perceptions by words have in common.
+    """Settings that perceptions by words share.
 
     Attributes:
-        layout: which masks are objects, and what belongs to which.
-        words: from which score on the target's description is believed. One that was the target stays it as long as
-            it is tracked, unless another one is clearly surer.
+        layout: which masks are objects.
+        words: lowest scores at which a mask is the target. A recognised target stays the target while it is tracked,
+            unless another object is clearly surer.
         object_word: the word for any object.
-        object_score: masks with a lower score are no objects.
-        most: so many masks at most are looked at, the surest ones.
+        object_score: masks with a lower score are dropped.
+        most: largest number of masks considered, surest first.
         device: where the networks run, cpu or cuda.
-        half: in bfloat16, on cuda alone.
+        half: use bfloat16; on cuda alone.
     """
 
     layout: LayoutConfig = field(default_factory=LayoutConfig)
@@ -52,12 +50,10 @@ class WordsConfig(FromMasksConfig):
             raise InputError("object_word is empty; 'object' is the paper's.")
         if not 0 <= self.object_score <= 1 or self.most < 1:
             raise InputError("object_score must be from 0 to 1, and most at least 1.")
-        _ = self.runtime
-
-    @property
-    def runtime(self) -> Runtime:
-        """Where the networks run. Raises InputError for what cannot be."""
-        return Runtime(self.device, self.half, self.threads)
+        if self.device not in ("cpu", "cuda") or self.threads < 1:
+            raise InputError("device must be cpu or cuda, and threads at least 1.")
+        if self.half and self.device != "cuda":
+            raise InputError("Half precision is for cuda alone: set device to cuda, or half to False.")
 
 
 @dataclass(frozen=True)
@@ -91,12 +87,11 @@ class Sam3Config(WordsConfig):
 
 
 class WordsPerception(FromMasks):
-    """A perception by a network that reads words: any object, and the target by its description. Reference pictures or
-    a mark in the first picture count more than words, which are not read then.
+    """Finds any object, and the target by its description. With reference pictures or a mark in the first picture, the
+    description is not read.
     """
 
     reads_words = True
-    """The target's description tells it which object that is."""
     config: WordsConfig
 
     def __init__(self, config: WordsConfig, workspace: Workspace | None = None) -> None:
@@ -105,10 +100,10 @@ class WordsPerception(FromMasks):
 
     @abstractmethod
     def propose(self, rgb: UInt8[np.ndarray, "h w 3"], description: str) -> Proposals:
-        """What the network finds in a picture that is upright; a description that is empty is not asked for."""
+        """Return what the network finds in an upright picture; an empty description is not asked for."""
 
     def find(self, observation: Observation, wanted: Wanted) -> Masks:
-        """The masks of the objects. Raises as `propose`."""
+        """Return the masks of the objects. Raises as `propose`."""
         description = "" if wanted.pictures or wanted.mark else wanted.description
         over = hangs_upside_down(observation.T_world_camera)
         rgb = observation.rgb[::-1, ::-1] if over else observation.rgb
@@ -119,11 +114,12 @@ class WordsPerception(FromMasks):
         return masks if as_phrase(description) else Masks(masks.label, masks.sureness)
 
     def _network(self, kind: Kind, weights: str) -> Network:
-        return load_network(kind, weights, self.config.runtime)
+        config = self.config
+        return load_network(kind, weights, Runtime(config.device, config.half, config.threads))
 
 
 class GroundedSam2Perception(WordsPerception):
-    """The paper's: boxes for words by Grounding DINO, masks for boxes by SAM 2.1."""
+    """The paper's perception: boxes for words by Grounding DINO, masks for boxes by SAM 2.1."""
 
     config: GroundedSam2Config
 
@@ -131,25 +127,27 @@ class GroundedSam2Perception(WordsPerception):
         super().__init__(GroundedSam2Config() if config is None else config, workspace)
 
     def propose(self, rgb: UInt8[np.ndarray, "h w 3"], description: str) -> Proposals:
-        """A mask for each box; its score is the box's, times the overlap that SAM 2.1 expects. Raises as `load_network`
-        and `ground`.
+        """Return a mask for each box; its score is the box's, times the overlap that SAM 2.1 expects.
+
+        Raises as `load_network` and `ground`.
         """
         corners, scores, wanted_p = self.boxes(rgb, as_phrase(description))
-        masks, expected = masks_in_boxes(rgb, corners, self._network(SAM2, self.config.segmenter))
-        return Proposals(masks, scores * np.clip(expected, 0, 1), wanted_p)
+        found = masks_in_boxes(rgb, corners, self._network(SAM2, self.config.segmenter))
+        return Proposals(found.masks, scores * np.clip(found.scores, 0, 1), wanted_p)
 
     def boxes(
         self, rgb: UInt8[np.ndarray, "h w 3"], phrase: str
     ) -> tuple[Float32[np.ndarray, "n 4"], Float32[np.ndarray, "n"], Float32[np.ndarray, "n"]]:
-        """The boxes that count, the surest ones: corners in pixels, scores, and how surely each shows the phrase."""
+        """Return the surest boxes: corners in pixels, scores, and how surely each shows the phrase."""
         config, anything = self.config, as_phrase(self.config.object_word)
         detector = self._network(GROUNDING_DINO, config.detector)
-        if not phrase:
-            found = in_column(ground(rgb, [anything], detector), 0)
-        elif config.one_call:
+        if phrase and config.one_call:
             found = ground(rgb, [anything, phrase], detector)
         else:
-            found = joined(ground(rgb, [anything], detector), ground(rgb, [phrase], detector))
+            parts = [_in_column(ground(rgb, [anything], detector), 0)]
+            if phrase:
+                parts.append(_in_column(ground(rgb, [phrase], detector), 1))
+            found = Boxes(np.vstack([b.corners for b in parts]), np.vstack([b.scores for b in parts]))
         scores = np.where(found.scores >= [config.object_score, config.words.sure], found.scores, 0)
         best = scores.max(axis=1)
         order = np.argsort(-best, kind="stable")[: config.most]
@@ -157,17 +155,11 @@ class GroundedSam2Perception(WordsPerception):
         return found.corners[order], best[order].astype(np.float32), scores[order, 1].astype(np.float32)
 
 
-def in_column(boxes: Boxes, column: int) -> Boxes:
-    """Boxes of one phrase with two scores each, as any object and as the target: theirs, and 0."""
+def _in_column(boxes: Boxes, column: int) -> Boxes:
+    """Give boxes of one phrase two scores, as any object and as the target: their own, and 0."""
     scores = np.zeros((len(boxes.corners), 2), np.float32)
     scores[:, column] = boxes.scores[:, 0]
     return Boxes(boxes.corners, scores)
-
-
-def joined(objects: Boxes, target: Boxes) -> Boxes:
-    """The boxes of two calls, each with two scores."""
-    a, b = in_column(objects, 0), in_column(target, 1)
-    return Boxes(np.vstack([a.corners, b.corners]), np.vstack([a.scores, b.scores]))
 
 
 class Sam3Perception(WordsPerception):
@@ -179,7 +171,7 @@ class Sam3Perception(WordsPerception):
         super().__init__(Sam3Config() if config is None else config, workspace)
 
     def propose(self, rgb: UInt8[np.ndarray, "h w 3"], description: str) -> Proposals:
-        """The instances of "object", and of the description. Raises as `load_network` and `segment_concepts`."""
+        """Return what shows "object", and the description. Raises as `load_network` and `segment_concepts`."""
         config, description = self.config, " ".join(description.split())
         asked = [(config.object_word, config.object_score)]
         if description:

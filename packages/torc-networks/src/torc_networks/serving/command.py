@@ -31,7 +31,7 @@ class ServeCommand:
         """Serve until Ctrl-C."""
         from torc import load_robot, load_workspace
         from torc_networks.server import serve
-        from torc_networks.serving.parts import own_handlers
+        from torc_networks.serving.handlers import own_handlers
 
         robot, workspace = load_robot(self.robot), load_workspace(self.workspace)
         handlers = own_handlers(robot, workspace, split_names(self.actions))
@@ -40,4 +40,4 @@ class ServeCommand:
 
 
 SERVE = ("torc's own parts as a server, in place of neural networks", ServeCommand)
-"""What an entry point of the group `torc.commands` names."""
+"""Named by an entry point of the group `torc.commands`."""

@@ -1,1 +1,1 @@
-"""`torc vlm-eval`: a model is asked about every decision; what came of it."""
+"""`torc vlm-eval`: ask a model about every decision, and score its replies."""

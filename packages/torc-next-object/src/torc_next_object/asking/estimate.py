@@ -1,61 +1,45 @@
-"""What an evaluation will take, before it begins: a guess, or the mean of the replies that are there."""
+"""Estimate what an evaluation will take, before it begins."""
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
 from io import BytesIO
 from typing import Any
 
 from PIL import Image
 
 from torc.vlm.prices import Prices
-from torc_next_object.asking.recorded_replies import RecordedReply
+from torc_next_object.asking.evaluation import RecordedReply
 from torc_next_object.prompting import prompt_text, sent_pictures
 
 CHARACTERS_PER_TOKEN = 4
 PIXELS_PER_TOKEN = 750
 """Models count pictures differently; most are near this."""
 WRITTEN_TOKENS = 300
-"""A few sentences. Thinking comes on top of it, and may be many times as much."""
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """Tokens of all questions that are still to be asked.
-
-    Attributes:
-        measured: whether it is from replies to other questions; else it is guessed from texts and sizes of pictures.
-    """
-
-    questions: int
-    sent: int
-    written: int
-    measured: bool
-
-    def words(self, prices: Prices | None) -> str:
-        """A line for the user."""
-        basis = "as the replies so far" if self.measured else "guessed, without thinking"
-        told = f"{self.questions} questions, about {self.sent:,} tokens sent and {self.written:,} written ({basis})"
-        if prices is None:
-            return f"{told}. Their cost: unknown, give --vlm-prices SENT,WRITTEN."
-        cost = prices.cost(self.sent, self.written)
-        return f"{told}. Their cost: about {cost:.2f} {prices.currency}."
+"""A few sentences. Thinking comes on top, and may be many times as much."""
 
 
 def estimate(
-    rows: Iterable[Mapping[str, Any]],
+    rows: Sequence[Mapping[str, Any]],
     variant: str,
     known: Iterable[RecordedReply],
-    most_written: int | None = None,
-) -> Estimate:
-    """For these questions, given the replies that are known; `most_written` bounds a reply."""
-    asked = list(rows)
-    told = [(r.sent, r.written) for r in known if r.sent is not None and r.written is not None]
-    if told:
-        sent, written = (sum(column) / len(told) * len(asked) for column in zip(*told))
-        return Estimate(len(asked), round(sent), round(written), True)
-    guessed = sum(_tokens(row, variant) for row in asked)
-    each = min(WRITTEN_TOKENS, most_written or WRITTEN_TOKENS)
-    return Estimate(len(asked), guessed, each * len(asked), False)
+    most_written: int | None,
+    prices: Prices | None,
+) -> str:
+    """Return a line for the user: tokens and cost of the questions about these rows.
+
+    The tokens are the mean of the known replies, if there are any; else a guess from texts and sizes of pictures.
+    `most_written` bounds a reply.
+    """
+    counts = [(r.sent, r.written) for r in known if r.sent is not None and r.written is not None]
+    basis = "as the replies so far" if counts else "guessed, without thinking"
+    if counts:
+        sent, written = (round(sum(column) / len(counts) * len(rows)) for column in zip(*counts))
+    else:
+        sent = sum(_tokens(row, variant) for row in rows)
+        written = min(WRITTEN_TOKENS, most_written or WRITTEN_TOKENS) * len(rows)
+    tokens = f"{len(rows)} questions, about {sent:,} tokens sent and {written:,} written ({basis})"
+    if prices is None:
+        return f"{tokens}. Their cost: unknown, give --vlm-prices SENT,WRITTEN."
+    return f"{tokens}. Their cost: about {prices.cost(sent, written):.2f} {prices.currency}."
 
 
 def _tokens(row: Mapping[str, Any], variant: str) -> int:
@@ -64,7 +48,7 @@ def _tokens(row: Mapping[str, Any], variant: str) -> int:
 
 
 def _pixels(picture: bytes) -> int:
-    """From the file's header; 0 of what is no picture."""
+    """Return the number of pixels by the file's header; 0 if it is not a picture."""
     try:
         with Image.open(BytesIO(picture)) as opened:
             return int(opened.width * opened.height)

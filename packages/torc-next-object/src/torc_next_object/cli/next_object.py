@@ -1,9 +1,9 @@
-"""`torc next-object`: the data set torc-next-object, made, checked and scored."""
+"""`torc next-object`: make, check, score and export the data set torc-next-object."""
 
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import tyro
 
@@ -18,9 +18,9 @@ class MakeCommand:
     """Make decisions with the value of every choice, as Parquet files.
 
     Of every problem it takes the first look, and looks on the way of dg-select
-    and random. To find a decision's values takes some tens of looks of the
-    simulation; those that are known (--values) need none. Stop it at any time: rows
-    are kept beside --out, and the same command goes on. For example:
+    and random. Finding a decision's values takes some tens of looks in simulation;
+    known ones (--values) take none. Stop it at any time: rows are kept beside
+    --out, and the same command resumes. For example:
 
       torc next-object make --problems torc40 --decisions 100 --out next_object
       torc problems generate --structured --count 20 --seed 91 --out fresh
@@ -33,30 +33,30 @@ class MakeCommand:
     problems: Annotated[str, tyro.conf.arg(metavar="SET")]
     """Sets, problems, problem files or directories of them, comma-separated."""
     out: Annotated[Path, tyro.conf.arg(metavar="DIR")]
-    """The directory to make, or to go on with."""
+    """The directory to make, or to continue."""
     decisions: int | None = None
-    """Make at most so many new ones (several workers may make a few more); if not given, all."""
+    """Make at most this many new ones (several workers may make a few more); if not given, all."""
     per_problem: int = 5
-    """Decisions of each problem, at most."""
+    """Largest number of decisions per problem."""
     looks: int = 40
-    """Looks of each search for values; more make its intervals narrower, and take longer. 0 makes only the decisions
-    whose values are known."""
+    """Looks per search for values; more narrow the intervals, and take longer. 0 makes only the decisions whose values
+    are known."""
     values: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
-    """Values that were found before, and need no search: results/next-object/values.jsonl has those of the published
-    set. Those of further decisions are added."""
+    """Known values, which need no search: results/next-object/values.jsonl has those of the published set. Values of
+    further decisions are added."""
     workers: int = 1
     """Processes; each takes a problem at a time, and a core."""
     questions: Literal[1, 2] = 1
     """Version of the questions: 1 is what the leaderboard compares; 2 has pictures drawn for the question and says more
     of gripper, sizes and grasps."""
     hidden_seed: str | None = None
-    """Make the split "hidden": a word that the host keeps. It decides numbers and ids, and is written nowhere."""
+    """Make the split "hidden", by a word that the host keeps. It decides numbers and ids, and is written nowhere."""
 
     def run(self) -> int:
         """Make the rows."""
         from torc.problems.sets import select_problems
         from torc_next_object.making.building import Making, build
-        from torc_next_object.making.rows import MakingConfig
+        from torc_next_object.making.rows import PUBLIC_KEY, MakingConfig
 
         if self.workers < 1 or (self.decisions is not None and self.decisions < 1):
             raise InputError("--workers and --decisions must be at least 1.")
@@ -64,37 +64,36 @@ class MakeCommand:
             raise InputError(
                 "--looks 0 makes only decisions whose values are known: name them by --values FILE."
             )
-        options: dict[str, Any] = {
-            "per_problem": self.per_problem,
-            "most_looks": self.looks,
-            "questions": self.questions,
-        }
-        if self.hidden_seed is not None:
-            if self.values is not None:
-                raise InputError("The values of a hidden set belong into no file: leave out --values.")
-            options |= {"key": self.hidden_seed, "hidden": True}
-        files = select_problems(self.problems)
-        making = Making(files, MakingConfig(**options), self.values, self.workers)
-        built = build(making, self.out, self.decisions, lambda t: print(printable(t), flush=True))
-        counts = ", ".join(f"{split} {n}" for split, n in built.splits.items())
-        print(f"{built.new} new decisions. In {self.out}: {counts}")
+        hidden = self.hidden_seed is not None
+        if hidden and self.values is not None:
+            raise InputError("The values of a hidden set belong in no file: leave out --values.")
+        config = MakingConfig(
+            key=PUBLIC_KEY if self.hidden_seed is None else self.hidden_seed,
+            hidden=hidden,
+            per_problem=self.per_problem,
+            most_looks=self.looks,
+            questions=self.questions,
+        )
+        making = Making(select_problems(self.problems), config, self.values, self.workers)
+        splits, new = build(making, self.out, self.decisions, lambda t: print(printable(t), flush=True))
+        counts = ", ".join(f"{split} {n}" for split, n in splits.items())
+        print(f"{new} new decisions. In {self.out}: {counts}")
         return 0
 
 
 @dataclass(frozen=True)
 class CheckCommand:
     """Check a set before it is published: types, values, ids, and signs that
-    give the answer away. Exit code 1 if something is wrong.
+    give the answer away. Exit code 1 for any fault.
     """
 
     directory: tyro.conf.Positional[Path]
     """What `torc next-object make` wrote, or one Parquet file."""
 
     def run(self) -> int:
-        """Check; print what is wrong, and the scores of the baselines."""
+        """Check; print the faults, and the scores of the baselines."""
         from torc_next_object.data.checking import blind_scores, check_directory, leaks
-        from torc_next_object.data.publishing import scores_table
-        from torc_next_object.scoring import score_baselines
+        from torc_next_object.scoring import score_baselines, scores_table
 
         rows, faults = check_directory(self.directory)
         for fault in faults:
@@ -103,7 +102,7 @@ class CheckCommand:
         print(f"{len(rows)} decisions of {problems} problems: {len(faults) or 'no'} faults.")
         for what, signs in leaks(rows).items():
             print(f"  {what}: {signs:+.1f} standard errors from chance")
-        print("Without the picture, where about 1 is right:")
+        print("Without the picture, where the regret should be about 1:")
         print(scores_table(blind_scores(rows)))
         print("With it:")
         print(scores_table(score_baselines([row.to_dict() for row in rows])))
@@ -114,39 +113,38 @@ class CheckCommand:
 class ScoreCommand:
     """Score replies of a model, whoever asked it.
 
-    REPLIES has a line for each decision: {"id": "...", "reply": "...Answer: 7"}.
-    The reply's number is found as `torc_next_object.replies` says.
+    REPLIES has a line per decision: {"id": "...", "reply": "...Answer: 7"}.
+    `torc_next_object.replies` says how the number is read.
     """
 
     directory: tyro.conf.Positional[Path]
-    """The rows that were asked about."""
+    """The data set."""
     replies: tyro.conf.Positional[Path]
     """JSON lines."""
     split: str = "test"
-    """Which rows count; "" for all. One without a reply counts as an invalid answer."""
+    """Rows that count; "" for all. A row without a reply counts as an invalid answer."""
     json: Annotated[bool, tyro.conf.arg(help="Print all scores as JSON.")] = False
 
     def run(self) -> int:
         """Score. Exit code 2 for replies that cannot be read."""
-        from torc_next_object.data.publishing import scores_table
-        from torc_next_object.data.tables import read_rows
+        from torc_next_object.data.tables import read_plain
         from torc_next_object.replies import read_number
-        from torc_next_object.scoring import score_answers, score_baselines
+        from torc_next_object.scoring import score_answers, score_baselines, scores_table
 
-        rows = [row for row in read_rows(self.directory) if self.split in ("", row.split)]
+        rows = read_plain(self.directory, self.split)
         if not rows:
             raise InputError(f"'{self.directory}' has no rows of the split '{self.split}'.")
         replies = read_replies(self.replies)
-        unknown = sorted(set(replies) - {row.id for row in rows})
+        unknown = sorted(set(replies) - {row["id"] for row in rows})
         if unknown and len(unknown) == len(replies):
             raise InputError(f"'{self.replies}' is of other rows: none has the id '{printable(unknown[0])}'.")
-        answers = [(row.to_dict(), read_number(replies.get(row.id), row.numbers)) for row in rows]
-        scores = score_answers(answers).to_dict()
-        missing = sum(row.id not in replies for row in rows)
+        numbers = [read_number(replies.get(row["id"]), row["numbers"]) for row in rows]
+        scores = score_answers(zip(rows, numbers)).to_dict()
+        missing = sum(row["id"] not in replies for row in rows)
         if self.json:
             print_json(scores | {"missing": missing})
             return 0
-        print(scores_table({"replies": scores, **score_baselines([row for row, _ in answers])}))
+        print(scores_table({"replies": scores, **score_baselines(rows)}))
         if missing or unknown:
             print(f"{missing} rows have no reply; {len(unknown)} replies are of other rows.")
         return 0
@@ -154,7 +152,7 @@ class ScoreCommand:
 
 @dataclass(frozen=True)
 class ExportCommand:
-    """Write what an evaluation harness wants, and say how to run it.
+    """Write the files of an evaluation harness, and print how to run it.
 
     lmms-eval gets YAML files and their functions, VLMEvalKit TSV files and
     their class; inspect_ai needs no files, but gets its samples as JSON lines:
@@ -181,23 +179,23 @@ class ExportCommand:
 
 
 def read_replies(path: Path) -> dict[str, str]:
-    """Replies by the id of their row. Raises InputError."""
-    found: dict[str, str] = {}
+    """Return replies by the id of their row. Raises InputError for another file, or two replies to a row."""
     try:
         lines = read_text(path).splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"'{path}' cannot be read: {error}.") from None
+    found: dict[str, str] = {}
     for number, line in enumerate(lines, start=1):
         if not line.strip():
             continue
         try:
             entry = json.loads(line)
-            key, reply = entry["id"], entry["reply"]
+            key, reply = str(entry["id"]), entry["reply"]
         except (ValueError, KeyError, TypeError, RecursionError):
             raise InputError(f'\'{path}\', line {number}: it must be {{"id": ..., "reply": ...}}.') from None
         if key in found:
-            raise InputError(f"'{path}', line {number}: a second reply to '{printable(str(key))}'.")
-        found[str(key)] = reply
+            raise InputError(f"'{path}', line {number}: a second reply to '{printable(key)}'.")
+        found[key] = reply
     return found
 
 

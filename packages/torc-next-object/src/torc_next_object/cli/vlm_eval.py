@@ -1,9 +1,10 @@
-"""`torc vlm-eval`: a VLM on the data set torc-next-object."""
+"""`torc vlm-eval`: test a VLM on the data set torc-next-object."""
 
 from __future__ import annotations
 
 import sys
 from dataclasses import dataclass, field
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -12,8 +13,7 @@ import tyro
 from torc import InputError
 from torc.cli.printing import print_json, printable, tell
 from torc.cli.vlm_options import VlmOptions
-from torc.io.reading import read_text
-from torc_next_object.data.sample import CAVEAT, SAMPLE
+from torc_next_object.data.opening import CAVEAT, SAMPLE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -24,14 +24,15 @@ if TYPE_CHECKING:
 _EVERY = 10
 _YES = ("y", "yes")
 _SHOWN_MISTAKES = 24
+_OF_EVALUATION = ("variant", "prompt", "prompt_sha256", "data_sha256", "temperature", "thinking")
 
 
 @dataclass(frozen=True)
 class VlmEvalCommand:
-    """Ask a VLM which object to remove first, decision by decision, and say how good its choices are.
+    """Ask a VLM which object to remove first, decision by decision, and score its choices.
 
-    No simulation runs: the data set knows what every choice is worth. It tells a guess of the tokens and the cost, and
-    asks before it begins. Each reply is kept as it comes; the same command again goes on where it was.
+    No simulation runs: the data set knows the value of every choice. The command estimates tokens and cost, and asks
+    before it begins. Each reply is kept as it comes; the same command resumes.
 
       torc vlm-eval --vlm openai:MODEL@http://localhost:8000/v1 \\
           --out runs/local
@@ -51,12 +52,12 @@ class VlmEvalCommand:
     """The data set: a folder of Parquet files, or OWNER/NAME on the Hugging Face hub. "sample" names the 60 decisions
     that come with torc, for trying things."""
     variant: Literal["image", "grasps", "relations"] = "image"
-    """What the model is told beside the picture: nothing; what can be grasped and what blocks what; who seems to stand
-    behind whom."""
+    """What the model gets beside the picture: nothing; what is graspable and what blocks what; what seems to stand
+    behind what."""
     split: Literal["train", "test", "hidden"] = "test"
     """Part of the data set."""
     limit: Annotated[int | None, tyro.conf.arg(metavar="N")] = None
-    """Only so many decisions, always the same ones; a higher limit in the same --out adds further ones."""
+    """At most this many decisions, always the same ones; a higher limit in the same --out adds to them."""
     workers: int = 4
     """Questions under way at a time."""
     yes: bool = False
@@ -65,7 +66,7 @@ class VlmEvalCommand:
     json: Annotated[bool, tyro.conf.arg(help="Print scores.json instead of a table.")] = False
 
     def run(self) -> int:
-        """Evaluate; returns the exit code."""
+        """Evaluate; return the exit code."""
         from torc.pipeline.planners import open_client
         from torc_next_object.asking.evaluation import ask_rows, begin, chosen_rows, data_digest
         from torc_next_object.data.opening import open_rows
@@ -77,14 +78,15 @@ class VlmEvalCommand:
         if self.data == SAMPLE:
             tell(f"The data: {len(whole)} decisions that come with torc. {CAVEAT}")
         client = open_client(config, self.vlm.cache())
-        file = begin(self.out, config, self.variant, data_digest(whole, self.variant), version_of(whole[0]))
+        digest, version = data_digest(whole, self.variant), version_of(whole[0])
+        file, facts = begin(self.out, config, self.variant, digest, version)
         waiting = [row for row in rows if row["id"] not in file.found]
         if waiting:
             self._consent(config, waiting, file.found)
         asked = ask_rows(client, rows, self.variant, file, self.workers, _tell_progress)
-        for failure in asked.failures[:3]:
-            tell(f"No reply to {failure.id}: {failure.why}")
-        return self._results(config, rows, asked)
+        for row_id, why in islice(asked.failures.items(), 3):
+            tell(f"No reply to {row_id}: {why}")
+        return self._results(config, facts, rows, asked)
 
     def _config(self) -> VlmConfig:
         config = self.vlm.config()
@@ -101,86 +103,57 @@ class VlmEvalCommand:
     def _consent(self, config: VlmConfig, waiting: Sequence[Row], known: dict[str, Any]) -> None:
         from torc_next_object.asking.estimate import estimate
 
-        found = estimate(waiting, self.variant, known.values(), config.max_output_tokens)
-        tell(f"{config.text}: {found.words(config.prices)}")
+        most = config.max_output_tokens
+        tell(f"{config.text}: {estimate(waiting, self.variant, known.values(), most, config.prices)}")
         if self.yes or (self.vlm.vlm_cache is not None and self.vlm.vlm_cache_mode == "replay"):
             return
         if not sys.stdin.isatty():
             raise InputError("Nothing was asked yet. Add --yes to begin.")
         tell("Go on? [y/N]")
-        try:
-            agreed = input().strip().lower() in _YES
-        except EOFError:
-            agreed = False
-        if not agreed:
+        if sys.stdin.readline().strip().lower() not in _YES:
             raise InputError("Nothing was asked.")
 
-    def _results(self, config: VlmConfig, rows: Sequence[Row], asked: Asked) -> int:
+    def _results(self, config: VlmConfig, facts: dict[str, Any], rows: Sequence[Row], asked: Asked) -> int:
         from datetime import UTC, datetime
 
         from torc.io.results import write_json
         from torc_next_object.asking.mistakes import mistakes_page, worst_mistakes
         from torc_next_object.asking.standing import FORMAT, standing
-        from torc_next_object.prompting import prompt_name, version_of
+        from torc_next_object.scoring import scores_table
 
         if not asked.replies:
-            tell(
-                "The server answered no question, so there is nothing to score. The same command again asks them."
-            )
+            tell("The server answered no question, so there are no scores. The same command asks again.")
             return 1
-        facts = {
+        found = {
             "format": FORMAT,
             "harness": "torc vlm-eval",
             "model": config.text,
             "date": datetime.now(UTC).date().isoformat(),
             "split": self.split,
-            "variant": self.variant,
-            "prompt": prompt_name(self.variant, version_of(rows[0])),
-            **_evaluation_facts(self.out),
+            **{name: facts[name] for name in _OF_EVALUATION},
             **standing(rows, asked.replies, config.prices),
         }
-        write_json(self.out / "scores.json", facts)
-        worst = worst_mistakes(rows, asked.replies, _SHOWN_MISTAKES)
-        page = mistakes_page(f"Worst mistakes of {config.text}, {facts['prompt']}", worst)
-        (self.out / "worst.html").write_text(page, encoding="utf-8")
-        self._print(config, facts, asked)
-        return 1 if facts["not_answered"] else 0
-
-    def _print(self, config: VlmConfig, facts: dict[str, Any], asked: Asked) -> None:
-        from torc_next_object.asking.standing import standing_table
-
+        write_json(self.out / "scores.json", found)
+        worst, page = worst_mistakes(rows, asked.replies, _SHOWN_MISTAKES), self.out / "worst.html"
+        title = f"Worst mistakes of {config.text}, {facts['prompt']}"
+        page.write_text(mistakes_page(title, worst), encoding="utf-8")
         if self.json:
-            print_json(facts)
+            print_json(found)
         else:
-            for line in _columns(standing_table(config.text, facts)):
-                print(printable(line))
+            print(printable(scores_table({config.text: found["scores"], **found["baselines"]})))
             print(
-                f"\n{facts['answered']} decisions of {facts['scores']['scenes']} problems. Regret: 0 as the best"
+                f"\n{found['answered']} decisions of {found['scores']['scenes']} problems. Regret: 0 as the"
             )
-            print("choices, 1 as random ones. The worst mistakes:", printable(str(self.out / "worst.html")))
-        if facts["not_answered"]:
+            print("best choices, 1 as random ones. The worst mistakes:", printable(str(page)))
+        if missing := found["not_answered"]:
             gave_up = " The server was given up." if asked.untried else ""
             tell(
-                f"{facts['not_answered']} of {facts['rows']} questions have no reply and count as nothing.{gave_up} "
-                "The same command again asks them."
+                f"{missing} of {len(rows)} questions have no reply and count as nothing.{gave_up} The same command "
+                "asks them again."
             )
-
-
-def _evaluation_facts(out: Path) -> dict[str, Any]:
-    """What `begin` wrote of the data and the prompt."""
-    import json
-
-    from torc_next_object.asking.evaluation import FACTS
-
-    facts = json.loads(read_text(out / FACTS))
-    return {name: facts[name] for name in ("prompt_sha256", "data_sha256", "temperature", "thinking")}
+        return 1 if missing else 0
 
 
 def _tell_progress(done: int, total: int) -> None:
     if done % _EVERY == 0 or done == total:
         tell(f"{done} of {total}")
-
-
-def _columns(table: list[list[str]]) -> list[str]:
-    widths = [max(map(len, column)) for column in zip(*table)]
-    return ["  ".join(cell.ljust(width) for cell, width in zip(line, widths)).rstrip() for line in table]

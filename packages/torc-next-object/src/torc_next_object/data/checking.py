@@ -1,4 +1,4 @@
-"""Whether a directory of rows may be published: whole, consistent, and without a sign that gives the answer away."""
+"""Check whether rows may be published: complete, consistent, and without signs that give the answer away."""
 
 import re
 from collections import Counter
@@ -8,37 +8,34 @@ from typing import Any
 
 import numpy as np
 
-from torc_next_object.data.tables import declared, read_rows
+from torc_next_object.data.tables import declared, parquet_files, read_rows
 from torc_next_object.schema import FEATURES, TARGET_NUMBER, NextObjectRow, row_faults
 from torc_next_object.scoring import score_answers
 
 SIGNS = 4.0
-"""Standard errors from chance at which something counts as a sign: one of 16,000 fair sets goes beyond."""
+"""Standard errors from chance at which something counts as a sign; one of 16,000 fair sets goes beyond."""
 _OPAQUE = re.compile(r"[0-9a-f]{16,64}")
 _FEW = 8
 
 
 def check_directory(directory: Path) -> tuple[list[NextObjectRow], list[str]]:
-    """All rows, and what is wrong with them. Raises InputError where nothing can be read."""
-    rows, faults = read_rows(directory), list[str]()
-    files = [directory] if directory.is_file() else sorted(directory.rglob("*.parquet"))
-    wanted = {name: dict(feature) for name, feature in FEATURES.items()}
-    for file in files:
-        if declared(file) != wanted:
-            faults.append(f"{file.name} does not declare the features of the format")
+    """Return all rows, and their faults. Raises InputError if nothing can be read."""
+    rows = read_rows(directory)
+    undeclared = [file.name for file in parquet_files(directory) if declared(file) != FEATURES]
+    faults = [f"{name} does not declare the features of the format" for name in undeclared]
     return rows, [*faults, *set_faults(rows)]
 
 
 def set_faults(rows: Sequence[NextObjectRow]) -> Iterator[str]:
-    """What is wrong with rows, each and together."""
+    """Yield the faults of rows, each by itself and together."""
     for row in rows:
         for fault in row_faults(row):
             yield f"row {row.id}: {fault}"
         if not (_OPAQUE.fullmatch(row.id) and _OPAQUE.fullmatch(row.scene)):
-            yield f"row {row.id}: id or scene is no hash"
+            yield f"row {row.id}: id or scene is not a hash"
     twice = [key for key, count in Counter(row.id for row in rows).items() if count > 1]
     if twice:
-        yield f"ids that are there twice: {', '.join(twice[:_FEW])}"
+        yield f"ids that occur twice: {', '.join(twice[:_FEW])}"
     splits: dict[str, set[str]] = {}
     for row in rows:
         splits.setdefault(row.scene, set()).add(row.split)
@@ -46,12 +43,14 @@ def set_faults(rows: Sequence[NextObjectRow]) -> Iterator[str]:
         yield "a problem is in two splits"
     for what, signs in leaks(rows).items():
         if abs(signs) > SIGNS:
-            yield f"{what} tells of the answer ({signs:+.1f} standard errors)"
+            yield f"{what} reveals the answer ({signs:+.1f} standard errors)"
 
 
 def leaks(rows: Sequence[NextObjectRow]) -> dict[str, float]:
-    """How many standard errors from chance: whether the best choices have low or high numbers among those that are not
-    the target's; whether the order of ids goes with them, with the picks taken, and with what can be lost.
+    """Return what may give the answer away, in standard errors from chance.
+
+    Whether the best choices have low or high numbers among those that are not the target's; whether the order of ids
+    correlates with that, with the picks taken, and with the picks that can be lost.
     """
     places, spread = [], []
     by_id = sorted(rows, key=lambda row: row.id)
@@ -59,12 +58,9 @@ def leaks(rows: Sequence[NextObjectRow]) -> dict[str, float]:
         others = [n for n in row.numbers if n != TARGET_NUMBER]
         best = [others.index(n) for n in row.best if n != TARGET_NUMBER]
         n, k = len(others), len(best)
-        if k and n > k:
-            places.append((float(np.mean(best)) + 0.5) / n - 0.5)
-            spread.append((n * n - 1) / (12 * n * n) / k * (n - k) / (n - 1))
-        else:
-            places.append(0.0)
-            spread.append(0.0)
+        some = 0 < k < n
+        places.append((float(np.mean(best)) + 0.5) / n - 0.5 if some else 0.0)
+        spread.append((n * n - 1) / (12 * n * n) / k * (n - k) / (n - 1) if some else 0.0)
     total = float(np.sqrt(np.sum(spread)))
     lost = [row.random_value - row.best_value for row in by_id]
     return {
@@ -76,8 +72,9 @@ def leaks(rows: Sequence[NextObjectRow]) -> dict[str, float]:
 
 
 def blind_scores(rows: Sequence[NextObjectRow]) -> dict[str, dict[str, Any]]:
-    """Scores of what one may answer without the picture, from the prompt of the variant "image" alone, and of one who
-    is shown the picture of another decision. All must be as random choices: 1 within their intervals.
+    """Score answers without the picture, from the prompt of the variant "image" alone, or with another decision's.
+
+    All must be as good as random choices: regrets of 1 within their intervals.
     """
     rng = np.random.default_rng(0)
     others = [rows[i] for i in rng.permutation(len(rows))]
@@ -98,7 +95,7 @@ def blind_scores(rows: Sequence[NextObjectRow]) -> dict[str, dict[str, Any]]:
 
 
 def _trend(values: Sequence[float]) -> float:
-    """Correlation with the order, in standard errors."""
+    """Return the correlation with the order, in standard errors."""
     if len(values) < 3 or np.std(values) == 0:
         return 0.0
     r = float(np.corrcoef(np.arange(len(values)), values)[0, 1])

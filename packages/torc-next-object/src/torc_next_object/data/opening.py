@@ -1,54 +1,60 @@
-"""Rows to ask about: from a folder of Parquet files, from the Hugging Face hub, or the sample that comes with torc."""
+"""Open rows to ask about: from a folder of Parquet files, the Hugging Face hub, or the sample that comes with torc."""
 
+import json
 import os
 import shlex
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
+from zipfile import ZipFile
 
 from torc import InputError
-from torc.errors import MissingDependencyError, extra_remedy
-from torc_next_object.data.sample import SAMPLE, sample_rows
-from torc_next_object.schema import COLUMNS, PICTURES
+from torc.errors import MissingDependencyError
+from torc_next_object.data.tables import plain_row, read_plain
+from torc_next_object.schema import PICTURES
 
+SAMPLE = "sample"
+"""Names the decisions that come with torc, so that a model can be tried at once."""
+CAVEAT = "They are a sample for trying things: a score to publish takes the whole data set."
+SAMPLE_FILE, SAMPLE_ROWS = "sample.zip", "decisions.jsonl"
 VARIABLE = "TORC_NEXT_OBJECT"
-"""Environment variable with the folder, or the hub's OWNER/NAME, for harnesses that are not told it otherwise."""
+"""Environment variable with the folder, or the hub's OWNER/NAME, for harnesses that are not given it otherwise."""
 
 
 def open_rows(source: str | Path | None = None, split: str = "test") -> list[dict[str, Any]]:
-    """Return the rows of a split as plain data, pictures as files, in the order of the files. The source SAMPLE is what
-    comes with torc; without a source, VARIABLE names it. Raises InputError where there are none.
+    """Return the rows of a split as plain data, pictures as files, in the order of the files.
+
+    Args:
+        source: a folder or Parquet file, OWNER/NAME on the hub, or SAMPLE; if not given, the value of VARIABLE.
+        split: part of the data set.
+
+    Raises:
+        InputError: there are no such rows.
+        MissingDependencyError: pyarrow, or datasets for the hub, is not installed.
     """
-    named = str(source) if source is not None else os.environ.get(VARIABLE, "")
-    if not named:
+    name = str(source) if source is not None else os.environ.get(VARIABLE, "")
+    if not name:
         raise InputError(
             f"Which data set? Name its folder, or OWNER/NAME on the Hugging Face hub, or '{SAMPLE}' for the decisions "
             f"that come with torc; or set {VARIABLE}."
         )
-    if named == SAMPLE:
+    path = Path(name).expanduser()
+    if name == SAMPLE:
         rows = [row for row in sample_rows() if row["split"] == split]
     else:
-        path = Path(named).expanduser()
-        rows = _in_folder(path, split) if path.exists() else _on_hub(named, split)
+        rows = read_plain(path, split) if path.exists() else _on_hub(name, split)
     if not rows:
-        raise InputError(f"'{named}' has no decisions in its split '{split}'.")
-    return [_plain(row, named) for row in rows]
+        raise InputError(f"'{name}' has no decisions in its split '{split}'.")
+    return rows
 
 
-def _in_folder(path: Path, split: str) -> list[dict[str, Any]]:
-    try:
-        import pyarrow as pa
-        from pyarrow import parquet
-    except ImportError:
-        raise MissingDependencyError("pyarrow", extra_remedy("next-object")) from None
-    files = [path] if path.is_file() else sorted(path.rglob("*.parquet"))
-    if not files:
-        raise InputError(f"'{path}' holds no Parquet files; `torc next-object make` writes some.")
-    rows: list[dict[str, Any]] = []
-    for file in files:
-        try:
-            rows += parquet.read_table(file, filters=[("split", "=", split)]).to_pylist()
-        except (pa.ArrowException, OSError) as error:
-            raise InputError(f"'{file}' is no readable data set: {' '.join(str(error).split())}.") from None
+def sample_rows() -> list[dict[str, Any]]:
+    """Return the decisions that come with torc as plain data. They have no plain picture, which nobody is sent."""
+    with (files("torc_next_object") / SAMPLE_FILE).open("rb") as opened, ZipFile(opened) as archive:
+        rows = [json.loads(line) for line in archive.read(SAMPLE_ROWS).decode("utf-8").splitlines()]
+        for row in rows:
+            references = [archive.read(name) for name in row["references"]]
+            row |= {"image": archive.read(row["image"]), "image_plain": b"", "references": references}
     return rows
 
 
@@ -65,23 +71,8 @@ def _on_hub(name: str, split: str) -> list[dict[str, Any]]:
     except ImportError:
         raise MissingDependencyError("datasets", "pip install datasets") from None
     found = datasets.load_dataset(name, split=split)
+    undecoded = datasets.Image(decode=False)
     for column in PICTURES:
-        kind = found.features[column]
-        undecoded = datasets.Image(decode=False)
-        found = found.cast_column(
-            column, undecoded if isinstance(kind, datasets.Image) else datasets.List(undecoded)
-        )
-    return list(found)
-
-
-def _plain(row: dict[str, Any], source: str) -> dict[str, Any]:
-    missing = [name for name in COLUMNS if name not in row]
-    if missing:
-        raise InputError(f"'{source}' is another kind of data: its rows have no {', '.join(missing)}.")
-    one = {name: _bytes(row[name]) for name in ("image", "image_plain")}
-    return {**row, **one, "references": [_bytes(picture) for picture in row["references"] or ()]}
-
-
-def _bytes(picture: Any) -> bytes:
-    found = picture["bytes"] if isinstance(picture, dict) else picture
-    return bytes(found) if found is not None else b""
+        one = isinstance(found.features[column], datasets.Image)
+        found = found.cast_column(column, undecoded if one else datasets.List(undecoded))
+    return [plain_row(row, name) for row in found]

@@ -1,6 +1,6 @@
-"""What lies beside the rows: the card, the hub's evaluation file, and recorded replies with their scores."""
+"""Write the files beside the rows: the card, the hub's evaluation file, and replies with their scores."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,8 +9,8 @@ import yaml
 from torc.io.results import write_json
 from torc_next_object.data.tables import DATA
 from torc_next_object.replies import read_number
-from torc_next_object.schema import FEATURES, FORMAT, NAME, NextObjectRow
-from torc_next_object.scoring import COLUMNS, score_answers, score_baselines
+from torc_next_object.schema import FORMAT, NAME, NextObjectRow
+from torc_next_object.scoring import COLUMNS, score_answers, score_baselines, scores_table
 
 REFERENCE = "reference.json"
 _REFERENCE_ROWS = 12
@@ -28,7 +28,7 @@ REPLIES = (
     "Answer: -1",
     '{{"answer": "object {best}"}}',
 )
-"""What models write, odd or not."""
+"""Texts that models write, odd ones too."""
 _TEMPLATE = """{prompt}
 
 The picture is what the camera of a robot arm sees; each object carries a number. The robot is to fetch the target.
@@ -39,7 +39,7 @@ Which object should the robot take first, so that it needs as few picks as possi
 
 
 def publish(directory: Path, rows: Sequence[NextObjectRow], hidden: bool = False) -> None:
-    """Write all that lies beside the rows."""
+    """Write the files beside the rows; for a hidden set only the card."""
     (directory / "README.md").write_text(card(rows), encoding="utf-8")
     if not hidden:
         (directory / "eval.yaml").write_text(
@@ -49,9 +49,7 @@ def publish(directory: Path, rows: Sequence[NextObjectRow], hidden: bool = False
 
 
 def reference(rows: Sequence[NextObjectRow]) -> dict[str, Any]:
-    """Rows without pictures, a reply to each, the number that it names, and the scores: a harness that has the same is
-    right.
-    """
+    """Return rows without pictures, a reply to each, the number that it names, and the scores, to test harnesses by."""
     chosen = sorted(rows, key=lambda row: row.id)[:_REFERENCE_ROWS]
     plain = [{name: row.to_dict()[name] for name in COLUMNS} for row in chosen]
     replies = {
@@ -63,35 +61,18 @@ def reference(rows: Sequence[NextObjectRow]) -> dict[str, Any]:
     return {"format": FORMAT, "rows": plain, "replies": replies, "numbers": named, "scores": scores.to_dict()}
 
 
-def scores_table(scores: Mapping[str, Mapping[str, Any]]) -> str:
-    """Lines for people."""
-    lines = [
-        "| who | regret (0 best, 1 random) | among the best | picks lost | invalid |",
-        "|---|---|---|---|---|",
-    ]
-    for name, found in scores.items():
-        regret = "-"
-        if found["regret"] is not None:
-            regret = f"{found['regret']:.2f} [{found['regret_low']:.2f}, {found['regret_high']:.2f}]"
-        lines.append(
-            f"| {name} | {regret} | {found['top1']:.2f} | {found['lost']:.2f} | {found['invalid']:.2f} |"
-        )
-    return "\n".join(lines)
-
-
 def hub_evaluation() -> dict[str, Any]:
-    """eval.yaml, by which the hub evaluates with inspect_ai: whether an answer is among the best. Regret takes torc."""
-    fields = {
-        "input": "description",
-        "input_image": "image",
-        "target": "best",
-        "metadata": ["numbers", "facts"],
-    }
+    """Return eval.yaml, by which the hub evaluates with inspect_ai whether an answer is among the best."""
     task = {
         "id": "next_object",
         "config": "default",
         "split": "test",
-        "field_spec": fields,
+        "field_spec": {
+            "input": "description",
+            "input_image": "image",
+            "target": "best",
+            "metadata": ["numbers", "facts"],
+        },
         "solvers": [{"name": "prompt_template", "args": {"template": _TEMPLATE}}, {"name": "generate"}],
         "scorers": [{"name": "pattern", "args": {"pattern": r"(?i)answer\s*:\s*\**(\d+)"}}],
     }
@@ -104,7 +85,7 @@ def hub_evaluation() -> dict[str, Any]:
 
 
 def card(rows: Sequence[NextObjectRow]) -> str:
-    """README.md with the hub's header."""
+    """Return README.md with the hub's header."""
     splits = {split: [r for r in rows if r.split == split] for split in sorted({r.split for r in rows})}
     files = [{"split": split, "path": f"{DATA}/{split}.parquet"} for split in splits]
     header = {
@@ -114,28 +95,14 @@ def card(rows: Sequence[NextObjectRow]) -> str:
         "language": ["en"],
         "size_categories": ["n<1K" if len(rows) < 1000 else "1K<n<10K"],
         "configs": [{"config_name": "default", "data_files": files}],
-        "dataset_info": {"features": [{"name": name, **_yaml_feature(f)} for name, f in FEATURES.items()]},
     }
     lines = ["| split | decisions | problems | target hidden |", "|---|---|---|---|"]
     for split, some in splits.items():
         hidden = sum(r.target_hidden for r in some)
         lines.append(f"| {split} | {len(some)} | {len({r.scene for r in some})} | {hidden} |")
-    head = yaml.safe_dump(header, sort_keys=False)
-    parts = (
-        f"---\n{head}---\n",
-        _ABOUT,
-        "\n".join(lines),
-        _SCORES,
-        scores_table(score_baselines([row.to_dict() for row in rows])),
-    )
-    return "\n".join(parts) + "\n"
-
-
-def _yaml_feature(feature: Mapping[str, Any]) -> dict[str, Any]:
-    if feature["_type"] == "List":
-        inner = _yaml_feature(feature["feature"])
-        return {"list": inner["dtype"]}
-    return {"dtype": "image" if feature["_type"] == "Image" else feature["dtype"]}
+    head = f"---\n{yaml.safe_dump(header, sort_keys=False)}---\n"
+    scores = scores_table(score_baselines([row.to_dict() for row in rows]))
+    return "\n".join([head, _ABOUT, *lines, _SCORES, scores]) + "\n"
 
 
 _ABOUT = """# torc-next-object
@@ -145,7 +112,7 @@ Each row is one such decision, with the expected number of picks after **every**
 without a simulator. Made with [torc](https://pypi.org/project/torc-retrieval/) in MuJoCo; MIT licence.
 """
 _SCORES = """
-Regret is the picks that an answer loses, by those that a random graspable object loses. An answer that names nothing in
-sight counts as a random one. What simple choices, planners that ask no model, and torc's simulated VLM at five
-accuracies score on all rows:
+Regret is the picks that an answer loses, over those that a random graspable object loses: 0 best, 1 random. An answer
+that names no visible number counts as a random one. Scores on all rows of simple choices, planners that ask no model,
+and torc's simulated VLM at five accuracies:
 """

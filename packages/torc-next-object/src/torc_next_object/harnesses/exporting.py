@@ -1,4 +1,4 @@
-"""The data set in the forms that evaluation harnesses want, as files outside of their trees."""
+"""Write the data set in the forms of evaluation harnesses, as files outside their trees."""
 
 import base64
 import csv
@@ -6,7 +6,6 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 import yaml
@@ -14,37 +13,42 @@ import yaml
 from torc import InputError
 from torc.io.pictures import data_url
 from torc_next_object.data.opening import open_rows
+from torc_next_object.data.tables import parquet_files, read_plain
 from torc_next_object.prompting import VARIANTS, prompt_name, prompt_text, sent_pictures, version_of
 from torc_next_object.scoring import COLUMNS
 
-LMMS_EVAL, VLMEVALKIT, INSPECT = "lmms-eval", "vlmevalkit", "inspect"
 _TEMPLATE = "_next_object_template_yaml"
 _KIT = "vlmevalkit.py"
 TSV_COLUMNS = ("index", "image", "question", "answer", "category", "split", "row")
-"""`row` is JSON: what scoring needs."""
+"""`row` is JSON with the columns that scoring needs."""
 
 
 def export_for(harness: str, source: str, directory: Path, split: str) -> list[str]:
-    """Write what a harness wants into a directory, which is made; returns lines that say how to run it. `source` is a
-    folder of Parquet files or a name on the hub. Raises InputError where there are no rows, or files are in the way.
+    """Write the files of a harness into a new directory; return lines that say how to run it.
+
+    `source` is as for `open_rows`. Raises InputError if there are no rows, or the directory is not empty.
     """
     if directory.exists() and any(directory.iterdir()):
         raise InputError(f"'{directory}' is not empty. Name another directory.")
     rows = open_rows(source, split)
     directory.mkdir(parents=True, exist_ok=True)
-    return _EXPORTS[harness](source, rows, directory, split)
+    exports: dict[str, Callable[..., list[str]]] = {
+        "lmms-eval": _lmms_eval,
+        "vlmevalkit": _vlmevalkit,
+        "inspect": _inspect,
+    }
+    return exports[harness](source, rows, directory, split)
 
 
 def _lmms_eval(source: str, rows: Sequence[Mapping[str, Any]], directory: Path, split: str) -> list[str]:
-    """Its YAML files and their functions, copied; the data stay where they are."""
+    """Copy the YAML files and their functions; the data stay where they are."""
     shipped = files("torc_next_object.harnesses") / "lmms_eval"
     for file in shipped.iterdir():
         if file.name.endswith(".yaml") or file.name == "utils.py":
             (directory / file.name).write_text(file.read_text(encoding="utf-8"), encoding="utf-8")
     path = Path(source).expanduser()
     if path.exists():
-        found = [path] if path.is_file() else sorted(path.rglob("*.parquet"))
-        some = [str(file.resolve()) for file in found if _has_split(file, split)]
+        some = [str(file.resolve()) for file in parquet_files(path) if read_plain(file, split)]
         place: dict[str, Any] = {"dataset_path": "parquet", "dataset_kwargs": {"data_files": {split: some}}}
     else:
         place = {"dataset_path": source}
@@ -56,14 +60,8 @@ def _lmms_eval(source: str, rows: Sequence[Mapping[str, Any]], directory: Path, 
     return [f"python -m lmms_eval --model MODEL --include_path {directory} --tasks {tasks} --batch_size 1"]
 
 
-def _has_split(file: Path, split: str) -> bool:
-    from pyarrow import parquet
-
-    return split in parquet.read_table(file, columns=["split"])["split"].to_pylist()
-
-
 def _vlmevalkit(source: str, rows: Sequence[Mapping[str, Any]], directory: Path, split: str) -> list[str]:
-    """A TSV for each variant, and the class that reads and scores them."""
+    """Write a TSV for each variant, and the class that reads and scores them."""
     for variant in VARIANTS:
         name = f"TorcNextObject_{variant}.tsv"
         with open(directory / name, "w", encoding="utf-8", newline="") as file:
@@ -80,7 +78,7 @@ def _vlmevalkit(source: str, rows: Sequence[Mapping[str, Any]], directory: Path,
 
 
 def _line(index: int, row: Mapping[str, Any], variant: str, split: str) -> dict[str, Any]:
-    """Several pictures are a list, as Python writes one."""
+    """Return a line of the table; several pictures are written as a Python list."""
     pictures = [base64.b64encode(picture).decode() for picture in sent_pictures(row)]
     return {
         "index": index,
@@ -94,7 +92,7 @@ def _line(index: int, row: Mapping[str, Any], variant: str, split: str) -> dict[
 
 
 def _inspect(source: str, rows: Sequence[Mapping[str, Any]], directory: Path, split: str) -> list[str]:
-    """A sample a line, for tools that read inspect_ai's samples; its tasks themselves need no files."""
+    """Write a sample a line, for tools that read inspect_ai's samples; its tasks themselves need no files."""
     for variant in VARIANTS:
         with open(directory / f"next_object_{variant}.jsonl", "w", encoding="utf-8") as file:
             for row in rows:
@@ -118,9 +116,3 @@ def _sample(row: Mapping[str, Any], variant: str) -> dict[str, Any]:
         "metadata": {"prompt": prompt_name(variant, version_of(row))}
         | {name: row[name] for name in (*COLUMNS, "best")},
     }
-
-
-_EXPORTS: Mapping[str, Callable[..., list[str]]] = MappingProxyType(
-    {LMMS_EVAL: _lmms_eval, VLMEVALKIT: _vlmevalkit, INSPECT: _inspect}
-)
-HARNESSES = tuple(_EXPORTS)

@@ -2,13 +2,12 @@
 
     inspect eval torc_next_object/retrieval -T problems=validation --model PROVIDER/MODEL --max-samples 2
 
-Each sample is one retrieval in the simulation that `torc run` plays; a pick takes seconds, and a world some hundred MB.
+Each sample is one retrieval in the simulation of `torc run`; a pick takes seconds, and a world some hundred MB.
 """
 
 import os
 from collections.abc import Callable
 from concurrent.futures import Executor, ThreadPoolExecutor
-from dataclasses import dataclass
 from functools import partial
 from typing import Any, TypeVar
 
@@ -20,7 +19,7 @@ from inspect_ai.scorer import Score, Scorer, Target, mean, scorer, stderr
 from inspect_ai.solver import Generate, Solver, TaskState, solver
 from inspect_ai.util import concurrency
 
-from torc import InputError
+from torc.errors import UnknownNameError
 from torc_next_object.prompting import VARIANTS, prompt_name, prompt_text
 from torc_next_object.replies import read_number
 
@@ -40,12 +39,12 @@ def retrieval(
     max_picks: int = 15,
     history: bool = True,
 ) -> Task:
-    """Whole retrievals. Without `history` each look is a conversation of its own, which costs fewer tokens."""
+    """Play whole retrievals. Without `history` each look is a conversation of its own, which costs fewer tokens."""
     from torc import load_problem
     from torc.problems.sets import select_problems
 
     if variant not in VARIANTS:
-        raise InputError(f"'{variant}' is no variant; there are {', '.join(VARIANTS)}.")
+        raise UnknownNameError("variant", variant, [*VARIANTS])
     samples = [
         Sample(
             id=f"{name}-{seed}",
@@ -66,11 +65,11 @@ def retrieval(
 
 @solver
 def retrieve(variant: str, max_picks: int, history: bool = True) -> Solver:
-    """Look, ask, pick, until the target is there, lost, or no try is left."""
+    """Look, ask, pick, until the target is delivered or lost, or no try is left."""
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
         problem, seed = state.metadata["problem"], int(state.metadata["seed"])
-        # All that a world does must happen in the thread in which it was made: its pictures are drawn there.
+        # A world works only in the thread in which it was made: its pictures are drawn there.
         with ThreadPoolExecutor(1) as thread:
             async with concurrency("torc simulation", max(1, os.cpu_count() or 1)):
                 table = await _in(thread, lambda: _Table(problem, seed, max_picks))
@@ -84,10 +83,11 @@ def retrieve(variant: str, max_picks: int, history: bool = True) -> Solver:
         while turn := await _in(thread, lambda: table.turn(variant)):
             if not history:
                 state.messages = []
-            picture, text = ContentImage(image=turn.picture), ContentText(text=turn.text)
-            state.messages.append(ChatMessageUser(content=[picture, text]))
+            picture, text, numbers = turn
+            content = [ContentImage(image=picture), ContentText(text=text)]
+            state.messages.append(ChatMessageUser(content=content))
             state = await generate(state)
-            number = read_number(state.output.completion, turn.numbers)
+            number = read_number(state.output.completion, numbers)
             invalid += number is None
             await _in(thread, partial(table.pick, number))
         state.metadata |= table.result() | {"invalid": invalid}
@@ -99,8 +99,9 @@ def retrieve(variant: str, max_picks: int, history: bool = True) -> Solver:
 
 @scorer(metrics={"*": [mean(), stderr()]}, name="retrieval")
 def retrieved() -> Scorer:
-    """Whether the target was brought; the picks that it took (all that there are where it was not), objects that fell
-    off the table, and replies without a valid number. A simulation that broke is an error of the sample, not a failure.
+    """Score whether the target was delivered, the picks (all there are if it was not), drops, and invalid replies.
+
+    A simulation that broke is an error of the sample, not a failure.
     """
 
     async def score(state: TaskState, target: Target) -> Score:
@@ -111,15 +112,8 @@ def retrieved() -> Scorer:
     return score
 
 
-@dataclass(frozen=True)
-class _Turn:
-    picture: str
-    text: str
-    numbers: tuple[int, ...]
-
-
 class _Table:
-    """One retrieval in simulation, its looks as questions."""
+    """One retrieval in simulation, whose looks are questions."""
 
     def __init__(self, problem: str, seed: int, max_picks: int) -> None:
         from torc import Conditions, load_problem
@@ -133,8 +127,8 @@ class _Table:
         self._episode = self._simulation.begin(problem, EpisodeConfig(max_picks, seed))
         self._look: Any = None
 
-    def turn(self, variant: str) -> _Turn | None:
-        """The next question; None at the end."""
+    def turn(self, variant: str) -> tuple[str, str, tuple[int, ...]] | None:
+        """Return the picture (a data URL), text and choices of the next question; None at the end."""
         from torc.io.pictures import data_url, jpeg_bytes
         from torc.vlm.pictures import drawn_pictures
         from torc_next_object.making.rows import PICTURE, told_of
@@ -143,24 +137,21 @@ class _Table:
         if self._look is None:
             return None
         context = self._look.context
-        outcomes, left = self._episode.state.outcomes, self._most - len(self._episode.state.outcomes)
-        words = (
-            _AFTER.format(ended=outcomes[-1].result.value, left=left)
-            if outcomes
-            else _FIRST.format(left=left)
-        )
+        outcomes = self._episode.state.outcomes
+        ended = outcomes[-1].result.value if outcomes else ""
+        words = (_AFTER if outcomes else _FIRST).format(ended=ended, left=self._most - len(outcomes))
         row = told_of(context) | {"description": self._description, "references": ()}
         marked = drawn_pictures(context.scene, PICTURE)["marked"]
-        return _Turn(data_url(jpeg_bytes(marked)), words + prompt_text(row, variant), context.scene.ids)
+        return data_url(jpeg_bytes(marked)), words + prompt_text(row, variant), context.scene.ids
 
     def pick(self, number: int | None) -> None:
-        """Play it; without a number the try is lost."""
+        """Play the pick; without a number the try is lost."""
         from torc import Decision
 
         self._episode.pick(self._look, Decision(number, "the model's choice"))
 
     def result(self) -> dict[str, Any]:
-        """What came of it."""
+        """Return the result as the sample's metadata."""
         from torc.pipeline.state import EndReason
 
         state, end = self._episode.state, self._episode.end
@@ -179,5 +170,5 @@ class _Table:
 
 
 async def _in(thread: Executor, work: Callable[[], _T]) -> _T:
-    """Done in that thread, while others go on."""
+    """Work in that thread while other samples go on."""
     return await anyio.to_thread.run_sync(lambda: thread.submit(work).result())

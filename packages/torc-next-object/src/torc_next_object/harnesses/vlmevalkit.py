@@ -4,7 +4,7 @@
     export LMUData=DIR PYTHONPATH=DIR:VLMEvalKit
     python -m vlmevalkit VLMEvalKit/run.py --data TorcNextObject_image --model MODEL
 
-The kit has no list that one can add to from outside, so this runs its run.py with the benchmark added.
+The kit's list of benchmarks cannot be extended from outside, so this runs its run.py with the benchmark added.
 """
 
 import json
@@ -36,11 +36,11 @@ class TorcNextObject(ImageBaseDataset):
 
     @classmethod
     def supported_datasets(cls) -> list[str]:
-        """One for each variant."""
+        """Return a data set for each variant."""
         return list(NAMES)
 
     def load_data(self, dataset: str) -> Any:
-        """The table in the kit's data folder. Raises FileNotFoundError."""
+        """Return the table in the kit's data folder. Raises FileNotFoundError."""
         path = Path(LMUDataRoot()) / f"{dataset}.tsv"
         if not path.is_file():
             raise FileNotFoundError(
@@ -49,7 +49,7 @@ class TorcNextObject(ImageBaseDataset):
         return load(str(path))
 
     def evaluate(self, eval_file: str, **_: Any) -> dict[str, float | int | None]:
-        """Scores of the replies in a file of the kit's. A question that the server did not answer counts as nothing."""
+        """Score the replies in a file of the kit's. A question that the server did not answer counts as nothing."""
         # Of JSON the kit makes a list of lines.
         table = pandas.DataFrame(load(eval_file))
         replied = [
@@ -62,7 +62,7 @@ class TorcNextObject(ImageBaseDataset):
 
     @classmethod
     def report_primary_metric(cls, metrics: dict[str, Any] | None) -> dict[str, float | int]:
-        """Regret, less of which is better."""
+        """Return the regret; less is better."""
         found = (metrics or {}).get("regret")
         return {} if found is None else {"regret": found}
 

@@ -1,1 +1,1 @@
-"""From problems to decisions: which looks, what each choice is worth, rows."""
+"""Make decisions from problems: which looks, the value of each choice, rows."""

@@ -1,6 +1,7 @@
-"""What planners that ask no model, and simulated models, choose at a look: decided once, kept in the data."""
+"""Let planners that ask no model, and simulated models, choose at a look; the data keeps their choices."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from functools import cache
 
 import numpy as np
 
@@ -19,57 +20,48 @@ ACCURACIES = ("0.5", "0.7", "0.8", "0.9", "1.0")
 _REPEATS = 2**31
 
 
-class Baselines:
-    """Makes the planners once, and asks them at look after look. They are told what models are: what is graspable."""
+@cache
+def _planners() -> Mapping[str, TaskPlanner]:
+    return {name: make_planner(name) for name in PLANNERS}
 
-    def __init__(self) -> None:
-        self._planners: Mapping[str, TaskPlanner] = {name: make_planner(name) for name in PLANNERS}
 
-    def choices(
-        self, context: PlanningContext, situation: Situation, rng: np.random.Generator
-    ) -> dict[str, int | None]:
-        """An object's id by the name of a baseline; None where it names none. `first` names the first object of all,
-        by its id, which is to mean nothing; the other three plain ones go by the graspable.
-        """
-        graspable = context.graspable_ids
-        found: dict[str, int | None] = {
-            "random": int(rng.choice(graspable)) if graspable else None,
-            "first": min(context.scene.ids, default=None),
-            "largest": largest(context),
-            "nearest": nearest(context),
-        }
-        for name, planner in self._planners.items():
-            found[name] = planner.decide(context, np.random.default_rng(0)).object_id
-        repeat = int(rng.integers(_REPEATS))
-        for accuracy in ACCURACIES:
-            found[f"simulated-{accuracy}"] = _simulated(context, lambda: situation, accuracy, repeat)
-        return found
+def baseline_choices(
+    context: PlanningContext, situation: Situation, rng: np.random.Generator
+) -> dict[str, int | None]:
+    """Return the chosen object's id by baseline; None for no choice.
+
+    `first` is the lowest id, which should mean nothing; random, largest and nearest choose among the graspable. The
+    simulated models get the grasp facts, as VLM+GRASPS, and are asked once.
+    """
+    graspable = context.graspable_ids
+    found: dict[str, int | None] = {
+        "random": int(rng.choice(graspable)) if graspable else None,
+        "first": min(context.scene.ids, default=None),
+        "largest": largest(context),
+        "nearest": nearest(context),
+    }
+    for name, planner in _planners().items():
+        found[name] = planner.decide(context, np.random.default_rng(0)).object_id
+    question = Question("\n".join(grasp_facts(context)), (), PLAN_SCHEMA, int(rng.integers(_REPEATS)))
+    for accuracy in ACCURACIES:
+        reply = SimulatedVlm(find_profile(accuracy), lambda: situation).ask(question)
+        found[f"simulated-{accuracy}"] = read_number(reply.text, context.scene.ids)
+    return found
 
 
 def largest(context: PlanningContext) -> int | None:
-    """Of what is graspable, the object with the most pixels; None where nothing is."""
-    graspable = context.graspable_ids
-    return max(graspable, key=lambda k: (context.scene.object(k).pixel_count, -k), default=None)
+    """Return the graspable object with the most pixels; None if none is graspable."""
+    return max(context.graspable_ids, key=lambda k: (context.scene.object(k).pixel_count, -k), default=None)
 
 
 def nearest(context: PlanningContext) -> int | None:
-    """Of what is graspable, the object nearest to the camera; None where nothing is."""
+    """Return the graspable object nearest to the camera; None if none is graspable."""
     return min(context.graspable_ids, key=lambda k: (_distance(context, k), k), default=None)
 
 
 def _distance(context: PlanningContext, object_id: int) -> float:
-    """Metres from the camera to the middle of what it sees of an object."""
+    """Return the median depth of the visible part of an object, metres."""
     seen = context.scene.object(object_id).pixels
     if not len(seen):
         return float("inf")
     return float(np.median(context.scene.observation.depth_m[seen[:, 0], seen[:, 1]]))
-
-
-def _simulated(
-    context: PlanningContext, truth: Callable[[], Situation], accuracy: str, repeat: int
-) -> int | None:
-    """The simulated VLM is told the grasp facts, as VLM+GRASPS, and asked once."""
-    client = SimulatedVlm(find_profile(accuracy), truth)
-    facts = "\n".join(grasp_facts(context))
-    reply = client.ask(Question(facts, (), PLAN_SCHEMA, repeat))
-    return read_number(reply.text, context.scene.ids)

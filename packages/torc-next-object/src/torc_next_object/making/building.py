@@ -1,4 +1,4 @@
-"""A directory of rows from problems, gone on with where it was interrupted."""
+"""Build a directory of rows from problems; an interrupted build resumes."""
 
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import as_completed
@@ -19,18 +19,14 @@ Say = Callable[[str], None]
 
 
 @dataclass(frozen=True)
-class Built:
-    """Rows per split, how many were made now, and why problems gave none."""
-
-    splits: dict[str, int]
-    new: int
-    skipped: tuple[str, ...]
-
-
-@dataclass(frozen=True)
 class Making:
-    """What rows are made of, and how: names or files of problems, the file of values that are known already (see
-    `KnownValues`), and how many processes share the work.
+    """What rows are made of, and how.
+
+    Attributes:
+        problems: names or files.
+        config: how rows are made.
+        values: the file of known values; see `KnownValues`.
+        workers: number of processes that share the work.
     """
 
     problems: Sequence[str]
@@ -39,25 +35,22 @@ class Making:
     workers: int = 1
 
 
-def build(making: Making, out: Path, most: int | None, say: Say) -> Built:
-    """Make what is missing of the problems' rows, at most `most` new ones, and write all that there are. Rows are kept
-    in a directory beside `out`, each as it comes. Several processes may make a few more than `most`. Raises InputError
-    where there is no row at all.
+def build(making: Making, out: Path, most: int | None, say: Say) -> tuple[dict[str, int], int]:
+    """Make the missing rows of the problems and write all rows; return the rows per split, and how many are new.
+
+    Rows are kept in a directory beside `out`, each as it comes. Several processes may make a few more than `most`.
+    Raises InputError if there is no row at all, or the directory holds another version of the questions.
     """
-    aside = out.with_name(out.name + ASIDE)
+    config, aside = making.config, out.with_name(out.name + ASIDE)
     aside.mkdir(parents=True, exist_ok=True)
     for file in sorted(aside.glob("*.parquet"))[:1]:
         before = read_rows(file)[0].questions
-        if before != making.config.questions:
+        if before != config.questions:
             raise InputError(
-                f"'{aside}' holds questions of version {before}, not {making.config.questions}. Choose another --out."
+                f"'{aside}' holds questions of version {before}, not {config.questions}. Choose another --out."
             )
-    count, skipped, new = len(making.problems), list[str](), 0
-    orders = [
-        _Order(file, f"[{number}/{count}] ", making.config, making.values, aside)
-        for number, file in enumerate(making.problems, start=1)
-    ]
-    for why_none in _made(orders, making.workers, say):
+    skipped, new = list[str](), 0
+    for why_none in _made(making, aside, say):
         if why_none is not None:
             skipped.append(why_none)
             continue
@@ -65,34 +58,24 @@ def build(making: Making, out: Path, most: int | None, say: Say) -> Built:
         if most is not None and new >= most:
             break
     if not any(aside.glob("*.parquet")):
-        why = "" if making.config.most_looks else "No values are known: let looks search for them. "
+        why = "" if config.most_looks else "No values are known: let looks search for them. "
         raise InputError(f"No decision could be made of these problems. {why}{' '.join(skipped)}")
     rows = read_rows(aside)
     splits = write_splits(out, rows)
-    publish(out, rows, making.config.hidden)
-    return Built(splits, new, tuple(skipped))
+    publish(out, rows, config.hidden)
+    return splits, new
 
 
-@dataclass(frozen=True)
-class _Order:
-    """One problem: `place` begins each line about it."""
-
-    problem: str
-    place: str
-    config: MakingConfig
-    values: Path | None
-    aside: Path
-
-
-def _made(orders: Sequence[_Order], workers: int, say: Say) -> Iterator[str | None]:
-    """None for each new row, which is written by then; a text for each problem that gave none, saying why."""
-    if workers == 1:
-        maker = RowMaker(orders[0].config, KnownValues(orders[0].values))
-        for order in orders:
-            yield from _of_problem(order, maker, say)
+def _made(making: Making, aside: Path, say: Say) -> Iterator[str | None]:
+    """Yield None for each new row, which is written by then; the reason for each problem that gave none."""
+    problems = range(len(making.problems))
+    if making.workers == 1:
+        maker = RowMaker(making.config, KnownValues(making.values))
+        for index in problems:
+            yield from _of_problem(making, index, aside, maker, say)
         return
-    with open_pool(workers) as pool:
-        running = [pool.submit(_in_worker, order) for order in orders]
+    with open_pool(making.workers) as pool:
+        running = [pool.submit(_in_worker, making, index, aside) for index in problems]
         try:
             for done in as_completed(running):
                 found, lines = done.result()
@@ -104,37 +87,37 @@ def _made(orders: Sequence[_Order], workers: int, say: Say) -> Iterator[str | No
                 future.cancel()
 
 
-def _in_worker(order: _Order) -> tuple[list[str | None], list[str]]:
+def _in_worker(making: Making, index: int, aside: Path) -> tuple[list[str | None], list[str]]:
     lines = list[str]()
-    return list(_of_problem(order, _maker(order.config, order.values), lines.append)), lines
+    maker = _maker(making.config, making.values)
+    return list(_of_problem(making, index, aside, maker, lines.append)), lines
 
 
-def _of_problem(order: _Order, maker: RowMaker, say: Say) -> Iterator[str | None]:
-    config, aside = order.config, order.aside
-    problem = load_problem(order.problem)
+@cache
+def _maker(config: MakingConfig, values: Path | None) -> RowMaker:
+    """Make one per worker."""
+    return RowMaker(config, KnownValues(values))
+
+
+def _of_problem(making: Making, index: int, aside: Path, maker: RowMaker, say: Say) -> Iterator[str | None]:
+    config, problem = making.config, load_problem(making.problems[index])
+    place = f"[{index + 1}/{len(making.problems)}]"
     done = aside / f"{maker.scene(problem)}-{config.per_problem}.done"
     if done.exists():
         return
     try:
         for row in maker.rows(problem, lambda key: (aside / f"{key}.parquet").exists()):
             write_rows(aside / f"{row.id}.parquet", [row])
-            # A problem's name may tell the seed that the host keeps.
+            # A problem's name may reveal the seed that the host keeps.
             name = "a problem" if config.hidden else problem.name
-            best, random = f"{row.best_value:.2f}", f"{row.random_value:.2f}"
             say(
-                f"{order.place}{name}, {row.picks_taken} gone: {len(row.numbers)} choices, best {best} picks, "
-                f"random {random}"
+                f"{place} {name}, {row.picks_taken} gone: {len(row.numbers)} choices, best {row.best_value:.2f} picks, "
+                f"random {row.random_value:.2f}"
             )
             yield None
     except (InputError, PhysicsError) as error:
-        say(f"{order.place}left out: {error}")
+        say(f"{place} left out: {error}")
         yield str(error)
     # Decisions whose values are not known yet are still to come.
     if config.most_looks > 0:
         done.touch()
-
-
-@cache
-def _maker(config: MakingConfig, values: Path | None) -> RowMaker:
-    """One in each worker."""
-    return RowMaker(config, KnownValues(values))

@@ -1,6 +1,4 @@
-"""Values of choices that were found before, in a file that travels with the project: the search for them takes most of
-the time that a set takes.
-"""
+"""Known values of choices, in a file that travels with the project: finding them takes most of the time."""
 
 import json
 from collections.abc import Mapping
@@ -15,7 +13,7 @@ _DIGITS = 4
 
 
 class KnownValues:
-    """The lines of a file, by decision; without a file it remembers nothing. Raises InputError for a file that is none.
+    """The lines of a file, by decision; without a file they are kept in memory. Raises InputError for another file.
 
     A line is {"id": "...", "values": {"OBJECT": [mean, low, high], ...}}, by the objects' ids in the problem.
     """
@@ -23,16 +21,16 @@ class KnownValues:
     def __init__(self, path: Path | None) -> None:
         self._path = path
         self._found: dict[str, dict[int, Price]] = {}
-        if path is not None and path.exists():
-            for number, line in enumerate(read_text(path).splitlines(), start=1):
-                try:
-                    entry = json.loads(line)
-                    self._found[entry["id"]] = _prices(entry["values"])
-                except (ValueError, KeyError, TypeError, AttributeError):
-                    raise InputError(f"'{path}', line {number}: these are no values of choices.") from None
+        lines = read_text(path).splitlines() if path is not None and path.exists() else []
+        for number, line in enumerate(lines, start=1):
+            try:
+                entry = json.loads(line)
+                self._found[entry["id"]] = _prices(entry["values"])
+            except (ValueError, KeyError, TypeError, AttributeError):
+                raise InputError(f"'{path}', line {number}: these are not values of choices.") from None
 
     def get(self, key: str) -> Mapping[int, Price] | None:
-        """Values of a decision's choices."""
+        """Return the values of a decision's choices; None if unknown."""
         return self._found.get(key)
 
     def add(self, key: str, values: Mapping[int, Price]) -> None:

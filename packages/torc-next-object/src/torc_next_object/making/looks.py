@@ -1,4 +1,4 @@
-"""Looks at a problem without some of its objects: contexts, of which few are kept, and what a search needs of them."""
+"""Look at a problem without some of its objects; few contexts are kept, and what a search for values needs of them."""
 
 import itertools
 from collections import OrderedDict
@@ -13,23 +13,23 @@ from torc_next_object.making.pricing import NEVER, Price, price_of
 from torc_next_object.making.valuing import Gone, Seen
 
 _KEPT = 12
-"""Contexts: each holds a volume."""
+"""Number of contexts: each holds a volume."""
 DRAWS = 2
-"""Looks at the same for the search, whose grasps are drawn anew in each."""
+"""Looks at the same objects for the search, each with freshly drawn grasps."""
 FURTHER_DRAWS = 8
-"""What they leave in doubt is drawn again so often."""
+"""Further looks for objects that the first ones leave in doubt."""
 _FIRST_SEEDS = range(1, 1 + DRAWS)
 _FURTHER_SEEDS = range(1 + DRAWS, 1 + DRAWS + FURTHER_DRAWS)
 _SURE = 0.9
-"""What holds so surely in all draws is not in doubt."""
+"""An object that holds this surely in all draws is not in doubt."""
 Holds = tuple[float, ...]
 
 
 class Looks:
-    """Looks from a problem's beginning, each taken once as far as it is still kept. All raise PhysicsError."""
+    """Looks from a problem's beginning, taken again only if no longer kept. All methods raise PhysicsError."""
 
     def __init__(self, sandbox: Sandbox) -> None:
-        """The sandbox's own draws are those of the contexts."""
+        """Take a sandbox, whose own draws are those of the contexts."""
         self._sandbox, self._start = sandbox, sandbox.begin()
         self._contexts: OrderedDict[Gone, PlanningContext] = OrderedDict()
         self._seen: dict[Gone, Seen] = {}
@@ -37,7 +37,7 @@ class Looks:
         self._more: dict[Gone, list[dict[int, float]]] = {}
 
     def context(self, gone: Gone) -> PlanningContext:
-        """What a planner is shown when these are gone, all of them taken without a failure."""
+        """Return what a planner sees when these objects were removed without a failure."""
         if gone not in self._contexts:
             self._contexts[gone] = self._sandbox.look_without(self._start, gone).context
             if len(self._contexts) > _KEPT:
@@ -45,9 +45,9 @@ class Looks:
         return self._contexts[gone]
 
     def seen(self, gone: Gone) -> Seen:
-        """What a search for values needs of looks at that.
+        """Return what a search for values needs of looks without these objects.
 
-        Draws are the same whatever is gone. So values differ by what is gone, not by luck.
+        Draws are the same whatever is gone, so that values differ by what is gone, not by luck.
         """
         if gone not in self._seen:
             drawn = self._drawn(gone, (*_FIRST_SEEDS, *_FURTHER_SEEDS))
@@ -62,21 +62,22 @@ class Looks:
         return self._seen[gone]
 
     def price(self, gone: Gone, object_id: int) -> Price:
-        """What an object takes by the further draws alone, which may have a grasp where those of `seen` have none."""
+        """Price an object by the further draws alone, which may have a grasp where those of `seen` have none."""
         holds = self._further_holds(gone, object_id, self._drawn(gone, _FURTHER_SEEDS))
         return price_of(holds, MAX_PICKS - len(gone), object_id == TARGET_ID) if any(holds) else NEVER
 
     def context_and_truth(self, gone: Gone) -> tuple[PlanningContext, Truth]:
-        """The look, taken anew, and what is so then."""
+        """Return the look, taken anew, and the truth then."""
         context = self._sandbox.look_without(self._start, gone).context
         return context, self._sandbox.truth(self._sandbox.now(self._start))
 
     def _settle(
         self, gone: Gone, holds: Mapping[int, Holds], further: Iterator[PlanningContext]
     ) -> dict[int, Holds]:
-        """p(hold) of each object in further draws alone, where the first ones leave it in doubt: an order that counts
-        on lucky draws would look better than it is. Where the first draws give an object the same p(hold) as at
-        another look, further ones are taken to do so, too.
+        """Return p(hold) of each object, in further draws alone if the first ones leave it in doubt.
+
+        Otherwise an order that counts on lucky draws would look better than it is. If the first draws give an object
+        the same p(hold) as at another look, further ones are assumed to do so, too.
         """
         doubtful = {k: p for k, p in holds.items() if k == TARGET_ID or min(p) < _SURE}
         for k, p in doubtful.items():

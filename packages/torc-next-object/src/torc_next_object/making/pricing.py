@@ -1,12 +1,11 @@
-"""What a pick takes: the expected number of picks until a grasp of an object holds, from looks whose grasps are drawn
-anew.
+"""Price a pick: the expected picks until a grasp of an object holds, from looks with freshly drawn grasps.
 
-At some looks an object has a good grasp and at others none, because grasps are drawn. So p(hold) is a mean over looks,
-0 where a look finds none: such a pick is wasted. A failed try at the target may lose it, and with it all picks that are
-left (`torc.task_planning.belief.costs`).
+Because grasps are drawn, an object has a good grasp at some looks and none at others. So p(hold) is a mean over looks,
+0 where a look finds none: such a pick is wasted. A failed try at the target may lose it, and with it all remaining
+picks (`torc.task_planning.belief.costs`).
 
-The interval of a price allows for an error of p(hold) and for the small number of looks. CALIBRATION_ERROR is the grasp
-model's difference between promised and delivered (results/grasp-model/README.md), rounded up.
+The interval of a price covers an error of p(hold) and the small number of looks. CALIBRATION_ERROR is the grasp model's
+difference between promised and delivered (results/grasp-model/README.md), rounded up.
 """
 
 from collections.abc import Sequence
@@ -29,7 +28,7 @@ _SIGNS = 1.96
 
 @dataclass(frozen=True)
 class Price:
-    """Expected picks, and the least and most if p(hold) is off."""
+    """Expected picks, with the interval that an error of p(hold) allows."""
 
     mean: float = 0.0
     low: float = 0.0
@@ -43,7 +42,7 @@ NEVER = Price(float(MAX_PICKS), float(MAX_PICKS), float(MAX_PICKS))
 
 
 def price_of(holds: Sequence[float], picks_left: int, is_target: bool = False) -> Price:
-    """The price of an object, from the p(hold) of its best grasp at each of some looks, 0 where it has none."""
+    """Price an object by the p(hold) of its best grasp at each of some looks, 0 where it has none."""
     p = np.asarray(holds, dtype=float)
     lost_share = BetConfig().lost_share if is_target else 0.0
     lost = lost_share * float(np.where(p > 0, 1.0 - p, 0.0).mean())
@@ -61,8 +60,9 @@ def price_of(holds: Sequence[float], picks_left: int, is_target: bool = False) -
 
 @dataclass(frozen=True)
 class Try:
-    """The first try of an object: its grasp is known, and holds with probability p. A failed one loses the target with
-    this share, and with it all picks that are left.
+    """The first try at an object, whose grasp is known and holds with probability p.
+
+    A failed one loses the target with probability lost_share, and with it all remaining picks.
     """
 
     p: float
@@ -70,7 +70,7 @@ class Try:
     picks_left: int = MAX_PICKS
 
     def then(self, after: Price, otherwise: Price) -> Price:
-        """What choosing it takes, if so much follows where it is out, and so much where it is not."""
+        """Price the choice, given what follows if the object is out, and if it is not."""
         tries = [Try(min(max(self.p + d, 0.0), 1.0), self.lost_share, self.picks_left) for d in _ERRORS]
         low = min(t._picks(after.low, otherwise.low) for t in tries)
         high = max(t._picks(after.high, otherwise.high) for t in tries)
@@ -82,7 +82,7 @@ class Try:
 
 
 def first_tries(context: PlanningContext) -> dict[int, Try]:
-    """Of all that can be picked at a look."""
+    """Return the first try at each object that can be picked at a look."""
     found: dict[int, Try] = {}
     for k in options_of(context).choices:
         if k is not None:

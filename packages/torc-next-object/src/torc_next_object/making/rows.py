@@ -1,4 +1,4 @@
-"""From a problem to rows: its decisions, each with pictures, what may be told, and the value of every choice."""
+"""Make rows from a problem: its decisions, each with pictures, facts, and the value of every choice."""
 
 import hashlib
 import hmac
@@ -28,7 +28,7 @@ from torc.vlm.pictures import drawn_pictures
 from torc.vlm.question_facts import counted_grasp_facts, gripper_sentence, target_size_sentence
 from torc.vlm.select import grasp_facts
 from torc.vlm.simulated.situation import Situation
-from torc_next_object.making.baselines import Baselines
+from torc_next_object.making.baselines import baseline_choices
 from torc_next_object.making.known_values import KnownValues
 from torc_next_object.making.looks import Looks
 from torc_next_object.making.numbering import drawn_numbers, renumbered
@@ -40,7 +40,7 @@ from torc_next_object.schema import MOST_CHOICES, NextObjectRow, best_numbers, r
 
 PUBLIC_KEY = "torc-next-object"
 PICTURE = PictureConfig(marks="outlines", plain=True, crop_px=24, longest_side_px=768)
-"""Of the first questions."""
+"""Pictures of the first questions."""
 _CLEAR_PICTURE = PictureConfig(marks="clear", plain=True)
 TEST_SHARE = 0.5
 _SIDES, _SIDE_PX = 2, 160
@@ -53,12 +53,12 @@ class MakingConfig:
     """How rows are made.
 
     Attributes:
-        key: of all hashes and draws; secret where rows are to be kept from those who could make them again.
+        key: of all hashes and draws; a secret one if nobody else should be able to make the rows.
         hidden: all rows are of the split "hidden".
-        per_problem: decisions of a problem, at most.
-        most_looks: of each decision's search for values; more make intervals narrower. 0 makes only the decisions
-            whose values are known.
-        questions: version of the questions; 1 are those of the leaderboard.
+        per_problem: largest number of decisions per problem.
+        most_looks: looks per search for values; more narrow the intervals. 0 makes only the decisions whose values are
+            known.
+        questions: version of the questions; the leaderboard compares version 1.
     """
 
     key: str = PUBLIC_KEY
@@ -71,12 +71,12 @@ class MakingConfig:
         if self.questions not in VERSIONS:
             raise InputError(f"There are no questions of version {self.questions}; there are {VERSIONS}.")
         if self.per_problem < 1 or self.most_looks < 0:
-            raise InputError("A problem needs one decision at least, and looks cannot be fewer than none.")
+            raise InputError("--per-problem must be at least 1, --looks at least 0.")
 
     def digest(self, *parts: str) -> str:
-        """A hash that tells nothing of the parts."""
-        told = "\x00".join(parts).encode()
-        return hmac.new(self.key.encode(), told, hashlib.sha256).hexdigest()[:24]
+        """Return a hash that reveals nothing of the parts."""
+        message = "\x00".join(parts).encode()
+        return hmac.new(self.key.encode(), message, hashlib.sha256).hexdigest()[:24]
 
 
 class RowMaker:
@@ -84,18 +84,18 @@ class RowMaker:
 
     def __init__(self, config: MakingConfig, known: KnownValues | None = None) -> None:
         self.config, self._known = config, known or KnownValues(None)
-        self._baselines = Baselines()
 
     def scene(self, problem: Problem) -> str:
-        """The key that a problem's rows share."""
+        """Return the key that a problem's rows share."""
         return self.config.digest("scene", problem_text(problem))
 
     def rows(self, problem: Problem, made: Callable[[str], bool]) -> Iterator[NextObjectRow]:
-        """A problem's rows as they come, but for those that are `made`, by their id. Raises InputError for a problem
-        whose target is not there, and PhysicsError.
+        """Yield a problem's rows, except those that are `made`, by their id.
+
+        Raises InputError if the problem has no target, and PhysicsError.
         """
         if problem.absent:
-            raise InputError(f"{problem.name}: its target is not there, so no order leads to it.")
+            raise InputError(f"{problem.name}: its target is absent, so no order leads to it.")
         config, scene = self.config, self.scene(problem)
         system, episode = _system(problem.workspace), EpisodeConfig(MAX_PICKS, 0)
         with ExitStack() as stack:
@@ -103,8 +103,7 @@ class RowMaker:
             looks = Looks(stack.enter_context(open_sandbox(problem, system, episode)))
             seeing = Looks(stack.enter_context(open_sandbox(problem, system, episode, color=True)))
             references = _references(problem)
-            chosen = visits(looks.context, config.per_problem, self._rng(scene))
-            for gone in chosen:
+            for gone in visits(looks.context, config.per_problem, self._rng(scene)):
                 key = config.digest("row", scene, *map(str, sorted(gone)))
                 if made(key):
                     continue
@@ -142,7 +141,7 @@ class RowMaker:
         graspable = tuple(n in shown.graspable_ids for n in numbers)
         told = told_of(shown)
         relations = [(r["source"], r["target"]) for r in json.loads(told["relations"])]
-        chosen = self._baselines.choices(part.context, part.situation, rng)
+        chosen = baseline_choices(part.context, part.situation, rng)
         chosen["first"] = min(numbers)
         return NextObjectRow(
             id=key,
@@ -177,13 +176,13 @@ class RowMaker:
 
 @cache
 def _system(workspace: str) -> System:
-    """The parts around a problem that names its workspace, or names none; built once."""
+    """Build the parts around a problem in this workspace (or the default one), once."""
     return build_system(Conditions().at(workspace))
 
 
 @dataclass(frozen=True)
 class _Decision:
-    """A look with all that is known of it, by the simulator's ids."""
+    """A look and what is known of it, by the simulator's ids."""
 
     context: PlanningContext
     situation: Situation
@@ -192,7 +191,7 @@ class _Decision:
 
 
 def told_of(context: PlanningContext) -> dict[str, Any]:
-    """What a prompt may tell of a look, by the columns of a row."""
+    """Return the columns of a row that describe a look in prompts."""
     behind = behind_candidates(find_adjacencies(context.scene))
     relations = [{"source": r.source, "relation": "behind", "target": r.target} for r in behind]
     return {
@@ -204,7 +203,7 @@ def told_of(context: PlanningContext) -> dict[str, Any]:
 
 
 def source_of(problem: Problem) -> str:
-    """Where a problem comes from: "torc40", "hard" (one of the harder families), or "generated"."""
+    """Return "torc40", "hard" (one of the harder families), or "generated"."""
     if problem.name in problem_names("torc40"):
         return "torc40"
     of_family = problem.origin.get("wanted_family") or problem.origin.get("family")
@@ -212,20 +211,19 @@ def source_of(problem: Problem) -> str:
 
 
 def split_of(problem: Problem, scene: str) -> str:
-    """ "test" for all of torc40, on which planners are compared, and part of the others; else "train"."""
-    if source_of(problem) == "torc40":
-        return "test"
-    return "test" if int(scene[:8], 16) / 16**8 < TEST_SHARE else "train"
+    """Return "test" for torc40, on which planners are compared, and for part of the others; else "train"."""
+    in_test = source_of(problem) == "torc40" or int(scene[:8], 16) / 16**8 < TEST_SHARE
+    return "test" if in_test else "train"
 
 
 def _is_behind(situation: Situation, source: int, front: int) -> bool:
-    """Whether the front one hides part of the source or is in the way of its grasps, and neither lies on the other."""
+    """Check that `front` hides part of `source` or blocks its grasps, and neither lies on the other."""
     stacked = {(source, front), (front, source)} & situation.lies_on
     return not stacked and ((front, source) in situation.hides or (front, source) in situation.blocks)
 
 
 def _references(problem: Problem) -> tuple[bytes, ...]:
-    """The target from the front and the back, on white."""
+    """Return pictures of the target from the front and the back, on white."""
     model = load_object(problem.ordered()[TARGET_ID].model)
     pictures = turn_table(model, _SIDES, _SIDE_PX)
     return tuple(jpeg_bytes(np.where(p[..., 3:] > 0, p[..., :3], _WHITE).astype(np.uint8)) for p in pictures)

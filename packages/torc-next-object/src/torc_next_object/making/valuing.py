@@ -1,12 +1,12 @@
-"""What each choice is worth: the picks to be expected until the target is brought, if it is made now.
+"""Value each choice: the expected picks until the target is delivered, if the choice is made now.
 
-The value is privileged: it knows what hides the target. The choice is tried once, with the grasp that is shown. Where
-it fails, what is best at any look follows; else the cheapest order that a search finds. There a pick takes its object's
-price (`pricing`), takes it away and does nothing else (`torc.oracle.ideal`). What has no grasp is a wasted pick.
+The value is privileged: it knows what hides the target. The choice is tried once, with the grasp that is shown. If it
+fails, the best choice at any look follows; else the cheapest order that a search finds. There a pick costs its object's
+price (`pricing`), removes it and does nothing else (`torc.oracle.ideal`). An object without a grasp is a wasted pick.
 
-The interval of a value has two parts. p(hold) may be off, in every pick of the order alike. And the search is bounded:
-the low end is what no order that was not looked at can be below, if the picks that are left, of which one at least is
-the target's, never fail. What it does not cover: objects that fall or roll, which an ideal pick does not make.
+The interval of a value has two parts. p(hold) may be off, equally in every pick of the order. And the search is
+bounded: no order that was not looked at can be below the low end, if its remaining picks, at least the target's, never
+fail. The interval does not cover objects that fall or roll, which an ideal pick does not cause.
 """
 
 import heapq
@@ -20,14 +20,18 @@ from torc.records import TARGET_ID
 from torc_next_object.making.pricing import NEVER, Price, Try
 
 _CLOSE = 0.03
-"""Picks; a bound this near to what was found is as good as a proof."""
+"""Picks: a bound this near to the order that was found counts as a proof."""
 Gone = frozenset[int]
 
 
 @dataclass(frozen=True)
 class Seen:
-    """What a look tells of the search: what each graspable object takes, the most promising first; what the target
-    takes, None if it cannot be picked; how near the retrieval looks.
+    """A look as the search needs it.
+
+    Attributes:
+        others: the price of each graspable object but the target, the most promising first.
+        target: the target's price; None if it cannot be picked.
+        outlook: how near the retrieval looks.
     """
 
     others: Mapping[int, Price]
@@ -36,25 +40,31 @@ class Seen:
 
     @property
     def prices(self) -> dict[int, Price]:
-        """Of all, the target's too."""
+        """All prices, the target's too."""
         return dict(self.others) | ({} if self.target is None else {TARGET_ID: self.target})
 
 
 class Seeing(Protocol):
-    """What would be seen if some objects were gone. Raises PhysicsError."""
+    """Looks without some objects. All methods raise PhysicsError."""
 
     def seen(self, gone: Gone) -> Seen:
-        """What a look tells; the same each time."""
+        """Return the look, the same each time."""
 
     def price(self, gone: Gone, object_id: int) -> Price:
-        """What an object takes where `seen` found no grasp of it: looking more often may find one, else NEVER."""
+        """Price an object of which `seen` found no grasp: more looks may find one, else NEVER."""
 
 
 @dataclass(frozen=True)
 class Valued:
-    """Value of each choice by object id, with its interval; the order that follows where its first try succeeds, for
-    what can be picked (the choice first, the target last; empty where none was found); the best order at any look,
-    which follows where it fails; `looks` that it took, and whether every interval is as narrow as p(hold) allows.
+    """The values of all choices.
+
+    Attributes:
+        values: by object id, with intervals.
+        orders: for each object that can be picked, the order that follows if its first try succeeds: the choice first,
+            the target last; empty if none was found.
+        otherwise: the best order at any look, which follows if the first try fails.
+        looks: number of looks that the search took.
+        proved: every interval is as narrow as p(hold) allows.
     """
 
     values: Mapping[int, Price]
@@ -67,8 +77,9 @@ class Valued:
 def value_choices(
     seeing: Seeing, gone: Gone, visible: tuple[int, ...], most_looks: int, first: Mapping[int, Try]
 ) -> Valued:
-    """Values of all visible objects where these are gone, from so many different looks at most. `first`: what can be
-    picked at the look that is shown. Raises ValueError where nothing can be picked.
+    """Value all visible objects where `gone` are removed, from at most `most_looks` different looks.
+
+    `first` are the objects that can be picked at the look that is shown. Raises ValueError if there are none.
     """
     search = _Search(seeing, gone, most_looks, first)
     search.run()
@@ -93,7 +104,7 @@ class _Node:
 
 @dataclass
 class _Branch:
-    """The search from one choice on: what was found, and what is still open."""
+    """The search from one choice on: the order that was found, and what is still open."""
 
     first: int
     cost: Price
@@ -104,17 +115,17 @@ class _Branch:
 
     @property
     def open(self) -> bool:
-        """Whether something better may come of going on."""
+        """Whether going on may find a better order."""
         return bool(self.waiting) and self.lowest < (self.found or NEVER).mean - _CLOSE
 
     @property
     def lowest(self) -> float:
-        """What no order that was not looked at takes less than, if what is left never fails."""
+        """Lower bound of all orders that were not looked at, if their remaining picks never fail."""
         return self.waiting[0][0] if self.waiting else float("inf")
 
 
 class _Search:
-    """`again`: what can be picked at any look where these are gone, and what that takes; `shown` can be picked now."""
+    """Searches orders. `again` prices what can be picked at any look without `gone`; `shown` can be picked now."""
 
     def __init__(self, seeing: Seeing, gone: Gone, most_looks: int, shown: Iterable[int]) -> None:
         self._seeing, self._gone, self._most = seeing, gone, most_looks
@@ -129,7 +140,7 @@ class _Search:
         self.branches = [self._branch(k, self.again.get(k, NEVER)) for k in choices if k != TARGET_ID]
 
     def run(self) -> None:
-        """Find a good order, carry it over to all choices, then look where something better may be."""
+        """Find a good order, carry it over to all choices, then look where a better one may be."""
         plan = self._shrunk(self._first_plan())
         self._carry_over(plan)
         while self._affords:
@@ -144,12 +155,12 @@ class _Search:
                 self._carry_over((leader.first, *leader.order))
 
     def found(self) -> tuple[dict[int, Price], dict[int, tuple[int, ...]]]:
-        """What follows once each of what can be picked is out; and the orders, the pick itself first."""
+        """Return, by pick, the price of what follows once it is out, and the order, the pick itself first."""
         rests = {b.first: self._rest(b) for b in self.branches}
         orders = {b.first: (b.first, *b.order) if b.order else () for b in self.branches}
         if self._target_free:
             rests[TARGET_ID], orders[TARGET_ID] = Price(), (TARGET_ID,)
-        # What is taken before it need be, or to no end, hardly ever makes the rest take more than without it.
+        # A pick that is early or needless hardly ever makes the others cost more than without it.
         best = orders[min(rests, key=lambda k: (self.again.get(k, NEVER) + rests[k]).mean)]
         steps = self._steps(best)
         for b in self.branches if best else ():
@@ -161,15 +172,16 @@ class _Search:
         return rests, orders
 
     def _steps(self, order: tuple[int, ...]) -> dict[int, Price]:
-        """What each pick of an order that was found takes."""
+        """Return the price of each pick of an order that was found."""
         steps, gone = dict[int, Price](), self._gone
         for k in order:
             steps[k], gone = self._known[gone].prices.get(k, NEVER), gone | {k}
         return steps
 
     def _after(self, first: int, others: Iterable[int], steps: Mapping[int, Price]) -> Price:
-        """What the others take once `first` is out: as in the best order, but where a look says that one of them cannot
-        be picked then. It may have lain on `first`, and fallen flat.
+        """Price the others once `first` is out: as in the best order, unless a look says that one cannot be picked.
+
+        It may have lain on `first`, and fallen flat.
         """
         gone, rest = self._gone | {first}, Price()
         for k in others:
@@ -222,7 +234,7 @@ class _Search:
             branch.found, branch.order = price, order
 
     def _first_plan(self) -> tuple[int, ...]:
-        """The most promising choice after the other, until the target can be picked."""
+        """Take the most promising choice in turn, until the target can be picked."""
         gone, order = self._gone, tuple[int, ...]()
         while self._affords and len(order) < MAX_PICKS:
             seen = self._look(gone)
@@ -235,7 +247,7 @@ class _Search:
         return order
 
     def _shrunk(self, plan: tuple[int, ...]) -> tuple[int, ...]:
-        """Without what need not go."""
+        """Drop what need not go."""
         for k in plan[:-2]:
             less = tuple(j for j in plan if j != k)
             if self._affords and self._look(self._gone | set(less[:-1])).target is not None:

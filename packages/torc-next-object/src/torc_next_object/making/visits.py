@@ -1,4 +1,4 @@
-"""Which decisions of a problem are taken: looks that planners come to, and no look twice."""
+"""Choose the decisions of a problem: looks that planners come to, none twice."""
 
 from collections.abc import Callable, Iterator
 
@@ -10,15 +10,16 @@ from torc.task_planning.dg_select import DgSelectPlanner
 from torc.task_planning.random_choice import RandomPlanner
 
 MOST_DEEP = 6
-"""Objects gone at most: further on few problems are left."""
+"""Largest number of removed objects: few problems go further."""
 Gone = frozenset[int]
 Look = Callable[[Gone], PlanningContext]
 
 
 def visits(look: Look, count: int, rng: np.random.Generator) -> tuple[Gone, ...]:
-    """Objects gone at up to so many decisions: the first look, and then in turn one on the way of DG-SELECT, and one
-    on the way of RANDOM, which mostly is where the target is still far. Where the target can be picked, one look is
-    enough: there the answer is easy.
+    """Return the removed objects at up to `count` decisions.
+
+    They are the first look, then in turn looks on the way of DG-SELECT and of RANDOM, where the target is mostly still
+    far. At most one of them has a graspable target, where the answer is easy.
     """
     found, easy = list[Gone](), 0
     ways = [
@@ -41,7 +42,7 @@ def visits(look: Look, count: int, rng: np.random.Generator) -> tuple[Gone, ...]
 
 
 def _way(look: Look, planner: DgSelectPlanner | RandomPlanner, rng: np.random.Generator) -> Iterator[Gone]:
-    """Looks of an ideal retrieval."""
+    """Yield the looks of an ideal retrieval."""
     gone = Gone()
     while len(gone) <= MOST_DEEP:
         yield gone

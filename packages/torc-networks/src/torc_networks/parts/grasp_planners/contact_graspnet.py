@@ -1,3 +1,3 @@
 """Candidates by Contact-GraspNet, from a server."""
 
-from torc_networks.grasping.contact_graspnet import ContactGraspNetPlanner as PART
+from torc_networks.grasping.planners import ContactGraspNetPlanner as PART

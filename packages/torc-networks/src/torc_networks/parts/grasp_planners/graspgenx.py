@@ -1,3 +1,3 @@
 """Candidates by GraspGenX, from a server."""
 
-from torc_networks.grasping.graspgenx import GraspGenXPlanner as PART
+from torc_networks.grasping.planners import GraspGenXPlanner as PART

@@ -6,11 +6,11 @@ from itertools import combinations
 import numpy as np
 import pytest
 import yaml
+from curobo_robot import write_curobo_robot
 
 from torc.collision.collision_world import CollisionConfig
 from torc.geometry.transforms import make_pose, rotation_about
 from torc.robots.kinematics import link_poses, sphere_centers
-from torc_networks.motion.robot_files import write_curobo_robot
 
 
 @pytest.fixture(scope="module")

@@ -1,20 +1,23 @@
-"""A robot as cuRobo reads it: a URDF of the arm and a YAML file with its spheres, from torc's own description.
+"""Write a robot for cuRobo: a URDF of the arm and a YAML file with its spheres, from torc's own description.
 
 The base link is the world, so that poses and obstacles need no other frame. The gripper is fully open; what is held is
 a link of its own.
+
+python packages/torc-networks/tools/curobo_robot.py sda10f_2f85 curobo_robot
 """
 
 from collections.abc import Iterator
 from itertools import combinations
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+import tyro
 import yaml
 from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
-from torc import load_robot
+from torc import TorcError, load_robot
 from torc.collision.collision_world import CollisionConfig
 from torc.geometry.transforms import Pose, transform_points
 from torc.robots.description import RobotDescription
@@ -25,31 +28,40 @@ _JERK_PER_ACCELERATION = 20.0
 """torc has no jerk limits: this lets a joint reach its full acceleration in a twentieth of a second."""
 
 
-def write_curobo_robot(name: str, folder: Path | str, padding: CollisionConfig | None = None) -> Path:
-    """Write NAME.urdf and NAME.yml of a robot (a name or a description file); the path of the latter."""
-    robot, folder = load_robot(name), Path(folder)
+def write_curobo_robot(
+    robot: Annotated[str, tyro.conf.Positional], folder: Annotated[Path, tyro.conf.Positional]
+) -> Path:
+    """Write NAME.urdf and NAME.yml of a robot; return the path of the latter.
+
+    Args:
+        robot: a name, or a robot description file.
+        folder: is made.
+    """
+    description = load_robot(robot)
     folder.mkdir(parents=True, exist_ok=True)
-    urdf, config = folder / f"{robot.name}.urdf", folder / f"{robot.name}.yml"
-    urdf.write_text(urdf_of(robot))
-    config.write_text(yaml.safe_dump(config_of(robot, urdf, padding or CollisionConfig()), sort_keys=False))
+    urdf, config = folder / f"{description.name}.urdf", folder / f"{description.name}.yml"
+    urdf.write_text(urdf_of(description))
+    facts = config_of(description, urdf, CollisionConfig())
+    config.write_text(yaml.safe_dump(facts, sort_keys=False))
     return config
 
 
 def urdf_of(robot: RobotDescription) -> str:
-    """The arm as links and joints, without shapes; the last link is tool0, the flange."""
+    """Return the arm as links and joints, without shapes; the last link is tool0, the flange."""
     arm = robot.arm
     lines = [f'<robot name="{robot.name}">', f'  <link name="{BASE}"/>']
     parent = BASE
     for i, joint in enumerate(arm.joint_names):
         T = arm.T_world_base @ arm.Ts_parent_joint[0] if i == 0 else arm.Ts_parent_joint[i]
         limit = f'lower="{arm.lower[i]:.9g}" upper="{arm.upper[i]:.9g}" velocity="{arm.max_speed[i]:.9g}" effort="1000"'
-        lines += [f'  <link name="{link_name(i)}"/>', f'  <joint name="{joint}" type="revolute">']
         lines += [
+            f'  <link name="{link_name(i)}"/>',
+            f'  <joint name="{joint}" type="revolute">',
             *_between(parent, link_name(i), T),
             f'    <axis xyz="{_text(arm.axes[i])}"/>',
             f"    <limit {limit}/>",
+            "  </joint>",
         ]
-        lines.append("  </joint>")
         parent = link_name(i)
     lines += [f'  <link name="{TOOL}"/>', f'  <joint name="{TOOL}_fixed" type="fixed">']
     lines += [*_between(parent, TOOL, arm.T_last_tool0), "  </joint>", "</robot>", ""]
@@ -57,12 +69,12 @@ def urdf_of(robot: RobotDescription) -> str:
 
 
 def link_name(i: int) -> str:
-    """Of the arm's link that joint i moves."""
+    """Name the arm's link that joint i moves."""
     return f"link_{i + 1}"
 
 
 def config_of(robot: RobotDescription, urdf: Path, padding: CollisionConfig) -> dict[str, Any]:
-    """cuRobo's description of the robot; spheres are larger by the room that torc keeps to voxels."""
+    """Return cuRobo's description of the robot; its spheres include torc's paddings to voxels."""
     arm, names = robot.arm, [*map(link_name, range(robot.arm.dof)), TOOL]
     spheres = {name: list(_spheres_of(robot, k)) for k, name in enumerate(names)}
     spheres[BASE] = [_sphere(s[:3], s[3]) for s in robot.static_spheres]
@@ -101,7 +113,7 @@ def config_of(robot: RobotDescription, urdf: Path, padding: CollisionConfig) -> 
 
 
 def _spheres_of(robot: RobotDescription, link: int) -> Iterator[dict[str, Any]]:
-    """Spheres of a link of the arm, in its frame; dof is tool0, with gripper and open fingers."""
+    """Yield the spheres of a link of the arm, in its frame; link dof is tool0, with gripper and open fingers."""
     model, dof, width = robot.spheres, robot.arm.dof, robot.gripper.max_width_m
     for center, radius in zip(model.centers[model.link == link], model.radii[model.link == link]):
         yield _sphere(center, radius)
@@ -115,11 +127,11 @@ def _spheres_of(robot: RobotDescription, link: int) -> Iterator[dict[str, Any]]:
 
 
 def _never_touching(robot: RobotDescription, names: list[str]) -> dict[str, list[str]]:
-    """Pairs of links that are not to be checked: all but those that torc checks."""
-    dof, last = robot.arm.dof, robot.arm.dof
-    checked = {frozenset(min(int(k), last) for k in pair) for pair in robot.self_pairs}
+    """Return the pairs of links that are not checked: all but those that torc checks."""
+    dof = robot.arm.dof
+    checked = {frozenset(min(int(k), dof) for k in pair) for pair in robot.self_pairs}
     index = {name: k for k, name in enumerate(names)} | {BASE: -1, HELD: -2}
-    checked |= {frozenset((-1, min(k, last))) for k in robot.static_links}
+    checked |= {frozenset((-1, min(k, dof))) for k in robot.static_links}
     # What is held may touch all links of the arm but the last, and the parts that do not move.
     checked |= {frozenset((-2, k)) for k in range(-1, dof - 1)}
     out: dict[str, list[str]] = {}
@@ -144,3 +156,10 @@ def _sphere(center: Float[np.ndarray, "3"], radius: float) -> dict[str, Any]:
 
 def _text(numbers: np.ndarray) -> str:
     return " ".join(f"{n:.12g}" for n in numbers)
+
+
+if __name__ == "__main__":
+    try:
+        print(tyro.cli(write_curobo_robot))
+    except TorcError as error:
+        raise SystemExit(f"error: {error}") from None
