@@ -9,8 +9,7 @@ import numpy as np
 
 from torc import InputError, TorcError
 from torc.registry.loading import blamed
-from torc_lab.calibration.marker import MOVED_M, marker_shift_m
-from torc_lab.calibration.noted import is_calibrated, marker_of_lab
+from torc_lab.calibration.marker import MOVED_M, is_calibrated, marker_of_lab, marker_shift_m
 from torc_lab.cameras.kinds import open_camera
 from torc_lab.cameras.poses import placed
 from torc_lab.checking_motions import check_motions

@@ -8,15 +8,19 @@ the board.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from datetime import date
+from typing import Any
 
 import numpy as np
+import yaml
 from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
 from torc.geometry.transforms import Pose, invert, transform_points
-from torc_lab.calibration.board import Board
-from torc_lab.calibration.board_views import BoardView, pose_views, reprojection_errors_px
+from torc_lab.calibration.board import Board, BoardView, pose_views, reprojection_errors_px
+from torc_lab.calibration.marker import TableMarker
 from torc_lab.calibration.noisy_arm import ArmNoise, Mounting, PoseFit, PoseView, fit_poses, refit
+from torc_lab.cameras.poses import ON_HAND
 from torc_lab.protocols import LabError
 
 LEAST_VIEWS = 6
@@ -25,6 +29,7 @@ _LEAST_TURN_RAD, _LEAST_SPREAD_RAD = 0.175, 0.05
 _WRONG_SCALE, _SURE = 0.01, 4.0
 """The printer is to blame if the squares are off by 1 %, and by four standard errors: a worn arm shifts them too."""
 _FOLDS = 5
+_WORN_RAD, _WORN_M = float(np.deg2rad(0.15)), 0.0015
 
 
 @dataclass(frozen=True)
@@ -53,6 +58,42 @@ class HandEye:
     def error_m(self) -> float:
         """The median of `errors_m`."""
         return float(np.median(self.errors_m))
+
+    def as_yaml(self, count: int, marker: TableMarker | None = None) -> str:
+        """The file of a calibration by so many pictures; a lab file's camera.pose names that of a fixed camera."""
+        fixed = self.mounting == "fixed"
+        content: dict[str, Any] = {
+            "T_world_camera" if fixed else ON_HAND: self.T_camera.round(7).tolist(),
+            "T_tool0_board" if fixed else "T_world_board": self.T_board.round(7).tolist(),
+            "date": date.today().isoformat(),
+            "pictures": count,
+            "error_mm": round(1e3 * self.error_m, 2),
+            "arm_noise_mm": round(1e3 * self.noise.shift_m, 2),
+            "arm_noise_deg": round(float(np.rad2deg(self.noise.turn_rad)), 3),
+        }
+        if self.rms_px is not None:
+            content["rms_px"] = round(self.rms_px, 2)
+        if marker is not None:
+            content["marker_corners"] = marker.corners.round(6).tolist()
+        return yaml.safe_dump(content, sort_keys=False, default_flow_style=None)
+
+    def report(self, file: str) -> str:
+        """What a person is shown after a calibration that was written to that file."""
+        noise, (x, y, z) = self.noise, self.T_camera[:3, 3]
+        worn = noise.shift_m > _WORN_M or noise.turn_rad > _WORN_RAD
+        much = "\nThat is much: the arm is worn, its model is not exact, or the board or camera is loose."
+        by_mounting = {
+            "fixed": f"The camera is at x {x:.3f}, y {y:.3f}, z {z:.3f} m of the world frame: does it stand there?\n"
+            f"{file} is written: name it in the lab file as camera.pose.",
+            "hand": f"{file} is written: {ON_HAND}, the camera in the flange's frame. It is no camera.pose: that is "
+            "for a fixed camera.",
+        }
+        return (
+            f"At poses that were left out, corners are {1e3 * self.error_m:.1f} mm off (median; worst "
+            f"{1e3 * self.errors_m.max():.1f} mm).\n"
+            f"The arm seems to be off by {1e3 * noise.shift_m:.1f} mm and {np.rad2deg(noise.turn_rad):.2f} degrees at "
+            f"each pose; views were weighed by that.{much if worn else ''}\n{by_mounting[self.mounting]}"
+        )
 
 
 def solve_hand_eye(

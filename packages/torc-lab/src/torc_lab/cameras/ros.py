@@ -8,7 +8,7 @@ import time
 from contextlib import ExitStack
 from dataclasses import dataclass
 from importlib.util import find_spec
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -17,8 +17,7 @@ from torc.errors import CameraError, MissingDependencyError, extra_remedy
 from torc.workspace.description import Workspace
 from torc_lab.cameras.base import RealCamera
 from torc_lab.cameras.ros_messages import RosImage, RosLens, read_image, read_lens
-from torc_lab.rosbridge.client import Rosbridge, RosbridgeError
-from torc_lab.rosbridge.topics import published
+from torc_lab.rosbridge.client import Newest, Rosbridge, RosbridgeError
 
 _PICTURES = tuple(
     f"sensor_msgs/{form}{kind}"
@@ -75,22 +74,15 @@ class RosCamera(RealCamera):
     def __init__(self, config: RosConfig | None = None, workspace: Workspace | None = None) -> None:
         self.config = RosConfig() if config is None else config
         super().__init__(self.config.pose, workspace)
-        self._bridge: Rosbridge | None = None
-
-    def close(self) -> None:
-        """Ends the connection; the next capture makes a new one."""
-        bridge, self._bridge = self._bridge, None
-        if bridge is not None:
-            bridge.close()
 
     def _shoot(self) -> Observation:
         c = self.config
         try:
-            if self._bridge is None:
-                self._bridge = Rosbridge(c.url, c.timeout_s)
-            info, color, depth = self._messages(self._bridge)
+            if self._device is None:
+                self._device = Rosbridge(c.url, c.timeout_s)
+            info, color, depth = self._messages(self._device)
         except RosbridgeError as error:
-            there = published(self._bridge, _PICTURES) if self._bridge is not None else ""
+            there = "" if self._device is None else self._device.published(_PICTURES)
             raise CameraError(f"{self.what}: {error}{there}") from error
         return self._observation(color, depth, read_lens(c.info, info, c.rectified))
 
@@ -99,11 +91,11 @@ class RosCamera(RealCamera):
         c, deadline = self.config, time.monotonic() + self.config.timeout_s
         with ExitStack() as stack:
             info, color, depth = (
-                stack.enter_context(_Newest(bridge, t, deadline)) for t in (c.info, c.color, c.depth)
+                stack.enter_context(Newest(bridge, t, deadline)) for t in (c.info, c.color, c.depth)
             )
             return info.message(), *self._of_one_moment(color, depth)
 
-    def _of_one_moment(self, color: "_Newest", depth: "_Newest") -> tuple[RosImage, RosImage]:
+    def _of_one_moment(self, color: Newest, depth: Newest) -> tuple[RosImage, RosImage]:
         """The first colour and depth picture that are no further apart than max_lag_s."""
         pictures = [read_image(source.topic, source.message()) for source in (color, depth)]
         for _ in range(_MOST_PICTURES):
@@ -126,12 +118,12 @@ class RosCamera(RealCamera):
 
     def _observation(self, color: RosImage, depth: RosImage, lens: RosLens) -> Observation:
         c, rgb, depth_m = self.config, color.colors(), depth.depth_m()
-        sizes = {name: p.shape[1::-1] for name, p in ((c.color, rgb), (c.depth, depth_m))}
-        if set(sizes.values()) != {(lens.width, lens.height)}:
-            told = ", ".join(f"{name} {w}x{h}" for name, (w, h) in sizes.items())
+        sizes = {c.color: rgb.shape[1::-1], c.depth: depth_m.shape[1::-1], c.info: (lens.width, lens.height)}
+        if len(set(sizes.values())) > 1:
             raise InputError(
-                f"{self.what}: sizes differ: {told}, {c.info} {lens.width}x{lens.height} pixels. Register depth to the "
-                "colour picture (realsense-ros: align_depth; else depth_image_proc/register), and give its topic."
+                f"{self.what}: sizes differ: {', '.join(f'{topic} {w}x{h}' for topic, (w, h) in sizes.items())} "
+                "pixels. Register depth to the colour picture (realsense-ros: align_depth; else "
+                "depth_image_proc/register), and give its topic."
             )
         if c.same_frame and color.frame_id != depth.frame_id:
             raise InputError(
@@ -142,26 +134,3 @@ class RosCamera(RealCamera):
         if lens.ideal is not None:
             rgb, depth_m = lens.ideal.colors(rgb), lens.ideal.depth(depth_m)
         return Observation(rgb, depth_m, lens.K, np.eye(4), np.zeros(0), color.stamp_s)
-
-
-class _Newest:
-    """Messages of one topic, each newer than the one before; subscribed to during a `with`."""
-
-    def __init__(self, bridge: Rosbridge, topic: str, deadline: float) -> None:
-        self.topic = topic
-        self._bridge, self._deadline, self._wish = bridge, deadline, ""
-        self._seen = bridge.count(topic)
-
-    def __enter__(self) -> Self:
-        self._wish = self._bridge.subscribe(self.topic)
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if not self._bridge.lost:
-            self._bridge.unsubscribe(self.topic, self._wish)
-
-    def message(self) -> Any:
-        """The newest one as soon as there is one. Raises RosbridgeError."""
-        left_s = max(0.0, self._deadline - time.monotonic())
-        self._seen, found = self._bridge.receive(self.topic, self._seen, left_s, self._wish)
-        return found

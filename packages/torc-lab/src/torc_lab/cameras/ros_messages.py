@@ -1,18 +1,18 @@
 """sensor_msgs/Image, CompressedImage and CameraInfo as rosbridge gives them, in the forms of ROS 1 and of ROS 2."""
 
-import base64
-import binascii
 import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any, TypeVar
 
 import cv2
 import numpy as np
 from jaxtyping import Float, Float32, UInt8
+from pydantic import AliasChoices, Base64Bytes, BaseModel, ConfigDict, Field, ValidationError
 
 from torc import InputError
-from torc_lab.cameras.lens import PinholeMap, brown_conrady, pinhole_map
+from torc.io.strict_yaml import explain_faults
+from torc_lab.cameras.lens import PinholeMap, pinhole_map
 
 _PIXELS: Mapping[str, tuple[str, int]] = {
     "rgb8": ("u1", 3),
@@ -27,7 +27,6 @@ _PIXELS: Mapping[str, tuple[str, int]] = {
 """Type and number of channels, by encoding."""
 _MODELS = ("", "plumb_bob", "rational_polynomial")
 _MOST_SIDE_PX = 8192
-_MILLIMETRES = ("16UC1", "mono16")
 _DEPTH_HEADER = struct.Struct("<iff")
 """In front of the PNG of compressed depth: a format number, then the two parameters of quantized metres."""
 
@@ -65,9 +64,8 @@ class RosImage:
             raise InputError(
                 f"{self.topic} is {self.encoding}, not depth: give --camera.depth a depth picture."
             )
-        if self.encoding in _MILLIMETRES:
-            return self.pixels.astype(np.float32) * np.float32(0.001)
-        return np.nan_to_num(self.pixels.astype(np.float32), nan=0.0, posinf=0.0, neginf=0.0)
+        unit_m = np.float32(1.0 if self.encoding == "32FC1" else 0.001)
+        return np.nan_to_num(self.pixels.astype(np.float32) * unit_m, nan=0.0, posinf=0.0, neginf=0.0)
 
 
 @dataclass(frozen=True)
@@ -82,40 +80,87 @@ class RosLens:
     ideal: PinholeMap | None
 
 
+def _either(*names: str) -> Any:
+    """A field that ROS 1 and ROS 2 call differently."""
+    return Field(validation_alias=AliasChoices(*names))
+
+
+class _Message(BaseModel):
+    model_config = ConfigDict(frozen=True, allow_inf_nan=False)
+
+
+class _Stamp(_Message):
+    seconds: int = _either("secs", "sec")
+    nanoseconds: int = _either("nsecs", "nanosec")
+
+
+class _Header(_Message):
+    stamp: _Stamp
+    frame_id: str
+
+
+class _Picture(_Message):
+    header: _Header
+    data: Base64Bytes
+
+    def shown(self, topic: str, encoding: str, pixels: np.ndarray) -> RosImage:
+        stamp = self.header.stamp
+        stamp_s = stamp.seconds + 1e-9 * stamp.nanoseconds
+        return RosImage(topic, encoding, pixels, stamp_s, self.header.frame_id.lstrip("/"))
+
+
+_Side = Annotated[int, Field(gt=0, le=_MOST_SIDE_PX)]
+
+
+class _Image(_Picture):
+    height: _Side
+    width: _Side
+    step: int
+    encoding: str
+    is_bigendian: bool
+
+
+class _CompressedImage(_Picture):
+    format: str
+
+
+class _CameraInfo(_Message):
+    height: _Side
+    width: _Side
+    distortion_model: str = ""
+    K: Annotated[list[float], Field(min_length=9, max_length=9)] = _either("K", "k")
+    P: Annotated[list[float], Field(min_length=12, max_length=12)] = _either("P", "p")
+    D: list[float] = _either("D", "d")
+
+
+_Model = TypeVar("_Model", bound=_Message)
+
+
 def read_image(topic: str, message: Any) -> RosImage:
     """A sensor_msgs/Image or CompressedImage. Raises InputError for another message, an encoding that is not known, and
     sizes that do not fit the data.
     """
     if isinstance(message, dict) and "format" in message and "encoding" not in message:
-        return _decompressed(topic, message)
-    height, width, step = (_whole(topic, message, k) for k in ("height", "width", "step"))
-    encoding, data = (_entry(topic, message, k) for k in ("encoding", "data"))
-    if encoding not in _PIXELS:
+        return _decompressed(topic, _parsed(_CompressedImage, topic, message))
+    image = _parsed(_Image, topic, message)
+    height, width, step = image.height, image.width, image.step
+    if image.encoding not in _PIXELS:
         raise InputError(
-            f"{topic} has the encoding {str(encoding)[:40]!r}; known are {', '.join(_PIXELS)}. Set the driver to one "
+            f"{topic} has the encoding {image.encoding[:40]!r}; known are {', '.join(_PIXELS)}. Set the driver to one "
             "of these, or give the topic of a converted picture."
         )
-    kind, channels = _PIXELS[encoding]
-    type_ = np.dtype(kind).newbyteorder(">" if _entry(topic, message, "is_bigendian") else "<")
+    kind, channels = _PIXELS[image.encoding]
+    type_ = np.dtype(kind).newbyteorder(">" if image.is_bigendian else "<")
     row = width * channels * type_.itemsize
-    raw = _bytes(topic, data)
-    if not 0 < width <= _MOST_SIDE_PX or not 0 < height <= _MOST_SIDE_PX or step < row:
-        raise InputError(f"{topic}: {width}x{height} pixels of {encoding} do not fit rows of {step} bytes.")
-    if len(raw) != step * height:
+    if step < row or len(image.data) != step * height:
         raise InputError(
-            f"{topic}: {height} rows of {step} bytes make {step * height} bytes, but there are {len(raw)}. Was the "
-            "message cut?"
+            f"{topic}: {width}x{height} pixels of {image.encoding} in rows of {step} bytes do not fit the "
+            f"{len(image.data)} bytes of its data. Was the message cut?"
         )
-    rows = np.frombuffer(raw, np.uint8).reshape(height, step)[:, :row]  # rows may be padded
+    rows = np.frombuffer(image.data, np.uint8).reshape(height, step)[:, :row]  # rows may be padded
     pixels = np.ascontiguousarray(rows).view(type_).astype(type_.newbyteorder("="))
-    header = _entry(topic, message, "header")
-    return RosImage(
-        topic=topic,
-        encoding=encoding,
-        pixels=pixels.reshape((height, width, channels) if channels > 1 else (height, width)),
-        stamp_s=_seconds(topic, _entry(topic, header, "stamp")),
-        frame_id=str(_entry(topic, header, "frame_id")).lstrip("/"),
-    )
+    shape = (height, width, channels) if channels > 1 else (height, width)
+    return image.shown(topic, image.encoding, pixels.reshape(shape))
 
 
 def read_lens(topic: str, message: Any, rectified: bool) -> RosLens:
@@ -123,60 +168,48 @@ def read_lens(topic: str, message: Any, rectified: bool) -> RosLens:
 
     Raises InputError for another message, a camera without calibration, and a lens that is not known.
     """
-    width, height = (_whole(topic, message, k) for k in ("width", "height"))
-    K = _numbers(topic, message, "K", 9).reshape(3, 3)
-    if rectified:
-        K = _numbers(topic, message, "P", 12).reshape(3, 4)[:, :3]
+    info = _parsed(_CameraInfo, topic, message)
+    K = np.reshape(info.P, (3, 4))[:, :3] if rectified else np.reshape(info.K, (3, 3))
     if K[0, 0] <= 0 or K[1, 1] <= 0:
         raise InputError(f"{topic}: its intrinsics are 0: the camera is not calibrated. Calibrate it in ROS.")
-    coefficients = np.zeros(0) if rectified else _numbers(topic, message, "D")
-    if not coefficients.any():
-        return RosLens(width, height, K, None)
-    model = str(message.get("distortion_model", ""))
-    if model not in _MODELS or len(coefficients) > 8:
+    if rectified or not any(info.D):
+        return RosLens(info.width, info.height, K, None)
+    if info.distortion_model not in _MODELS or len(info.D) > 8:
         raise InputError(
-            f"{topic}: the distortion model {model!r} is not known. Rectify the pictures in ROS (image_proc), give "
-            "their topics, and set --camera.rectified true."
+            f"{topic}: the distortion model {info.distortion_model!r} is not known. Rectify the pictures in ROS "
+            "(image_proc), give their topics, and set --camera.rectified true."
         )
-    # Both have OpenCV's order.
-    return RosLens(width, height, K, pinhole_map(K, (height, width), brown_conrady(coefficients)))
+    # ROS has OpenCV's order.
+    return RosLens(info.width, info.height, K, pinhole_map(K, (info.height, info.width), np.array(info.D)))
 
 
-def _decompressed(topic: str, message: Mapping[str, Any]) -> RosImage:
+def _decompressed(topic: str, message: _CompressedImage) -> RosImage:
     """A CompressedImage of image_transport: JPEG or PNG, or a depth picture as PNG behind a header."""
-    form, raw = str(message["format"]), _bytes(topic, _entry(topic, message, "data"))
-    header = _entry(topic, message, "header")
-    about: dict[str, Any] = {
-        "topic": topic,
-        "stamp_s": _seconds(topic, _entry(topic, header, "stamp")),
-        "frame_id": str(_entry(topic, header, "frame_id")).lstrip("/"),
-    }
+    form = message.format
     if "compressedDepth" not in form:
         # OpenCV decodes to blue first, whatever the encoding was.
-        return RosImage(encoding="bgr8", pixels=_decoded(topic, raw, cv2.IMREAD_COLOR), **about)
+        return message.shown(topic, "bgr8", _decoded(topic, message.data, cv2.IMREAD_COLOR))
     encoding = form.partition(";")[0].strip()
     if "rvl" in form or encoding not in ("16UC1", "32FC1"):
         raise InputError(
             f"{topic} is compressed as {form[:60]!r}; torc reads 16UC1 and 32FC1 as png. Set compressedDepth/format to "
             "png, or give the topic of the plain picture."
         )
-    if len(raw) <= _DEPTH_HEADER.size:
-        raise InputError(f"{topic}: its picture is empty. Was the message cut?")
-    _, a, b = _DEPTH_HEADER.unpack_from(raw)
-    counts = _decoded(topic, raw[_DEPTH_HEADER.size :], cv2.IMREAD_UNCHANGED)
+    counts = _decoded(topic, message.data[_DEPTH_HEADER.size :], cv2.IMREAD_UNCHANGED)
     if counts.dtype != np.uint16 or counts.ndim != 2:
         raise InputError(f"{topic}: compressed depth is a grey picture of 16 bits, not {counts.dtype}.")
     if encoding == "16UC1":
-        return RosImage(encoding=encoding, pixels=counts, **about)
+        return message.shown(topic, encoding, counts)
     # Metres are kept as inverse depth: counts = a / depth + b.
+    _, a, b = _DEPTH_HEADER.unpack_from(message.data)
     with np.errstate(divide="ignore"):
         depth_m = np.where(counts > 0, a / (counts.astype(np.float32) - np.float32(b)), np.float32(np.nan))
-    return RosImage(encoding=encoding, pixels=depth_m.astype(np.float32), **about)
+    return message.shown(topic, encoding, depth_m.astype(np.float32))
 
 
-def _decoded(topic: str, raw: bytes, how: int) -> np.ndarray:
+def _decoded(topic: str, data: bytes, how: int) -> np.ndarray:
     try:
-        found = cv2.imdecode(np.frombuffer(raw, np.uint8), how)
+        found = cv2.imdecode(np.frombuffer(data, np.uint8), how)
     except cv2.error:
         found = None
     if found is None or max(found.shape[:2]) > _MOST_SIDE_PX:
@@ -184,41 +217,12 @@ def _decoded(topic: str, raw: bytes, how: int) -> np.ndarray:
     return np.asarray(found)
 
 
-def _bytes(topic: str, data: Any) -> bytes:
+def _parsed(model: type[_Model], topic: str, message: Any) -> _Model:
     try:
-        return base64.b64decode(data, validate=True)
-    except (TypeError, ValueError, binascii.Error) as error:
-        raise InputError(f"{topic}: its data are not base64, as rosbridge writes them: {error}.") from error
-
-
-def _entry(topic: str, message: Any, name: str) -> Any:
-    if not isinstance(message, dict) or name not in message:
-        raise InputError(f"{topic}: its messages have no '{name}'. Is this the right topic?")
-    return message[name]
-
-
-def _whole(topic: str, message: Any, name: str) -> int:
-    value = _entry(topic, message, name)
-    if not isinstance(value, int) or isinstance(value, bool):
-        raise InputError(f"{topic}: its '{name}' is {str(value)[:40]!r}, not a whole number.")
-    return value
-
-
-def _numbers(topic: str, message: Any, name: str, count: int | None = None) -> Float[np.ndarray, "n"]:
-    """A field of CameraInfo: upper case in ROS 1, lower case in ROS 2."""
-    values = _entry(topic, message, name if isinstance(message, dict) and name in message else name.lower())
-    try:
-        numbers = np.array(values, dtype=float).ravel()
-    except (TypeError, ValueError):
-        numbers = np.full(1, np.nan)
-    if not np.isfinite(numbers).all() or (count is not None and len(numbers) != count):
-        raise InputError(f"{topic}: its '{name}' is {str(values)[:80]!r}, not {count or 'finite'} numbers.")
-    return numbers
-
-
-def _seconds(topic: str, stamp: Any) -> float:
-    """{secs, nsecs} in ROS 1, {sec, nanosec} in ROS 2."""
-    for whole, rest in (("sec", "nanosec"), ("secs", "nsecs")):
-        if isinstance(stamp, dict) and whole in stamp:
-            return _whole(topic, stamp, whole) + 1e-9 * _whole(topic, stamp, rest)
-    raise InputError(f"{topic}: its stamp is {str(stamp)[:60]!r}, not a time of ROS 1 or ROS 2.")
+        return model.model_validate(message)
+    except ValidationError as error:
+        kind = model.__name__.lstrip("_")
+        raise InputError(
+            f"{topic}: its message is not a sensor_msgs/{kind} of ROS 1 or ROS 2:\n{explain_faults(error)}\nIs this "
+            "the right topic?"
+        ) from None

@@ -7,7 +7,6 @@ and t_z of OpenCV's stereoCalibrate: a point of the left camera is R p + t in th
 """
 
 import configparser
-from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
@@ -16,6 +15,7 @@ from jaxtyping import Float, UInt8
 
 from torc import InputError
 from torc.io.reading import read_bytes
+from torc_lab.cameras.lens import pinhole_matrix
 
 SIZES = {"2K": (2208, 1242), "FHD": (1920, 1080), "HD": (1280, 720), "VGA": (672, 376)}
 """Width and height of one of the two pictures, by resolution."""
@@ -29,97 +29,49 @@ _BASELINES_MM = (20.0, 300.0)
 _FEWEST_TRACKED = 30
 _MOST_TURN = 0.2
 """Radians between the two cameras."""
+Lens = tuple[Float[np.ndarray, "3 3"], Float[np.ndarray, "5"]]
+"""Intrinsics, pixels, and k1, k2, p1, p2, k3."""
 
 
-@dataclass(frozen=True)
-class StereoCalibration:
-    """Two cameras as OpenCV's stereoRectify takes them: p_right = R_right_left @ p_left + t_m.
+def read_calibration(
+    path: Path, resolution: str
+) -> tuple[Lens, Lens, Float[np.ndarray, "3 3"], Float[np.ndarray, "3"]]:
+    """Both lenses, left first, R_right_left and t_m: p_right = R_right_left @ p_left + t_m; for one of SIZES.
 
-    Attributes:
-        K_left, K_right: intrinsics, pixels.
-        lens_left, lens_right: k1, k2, p1, p2, k3.
+    Raises InputError for a file that cannot be read, lacks a value, or holds ones that cannot be.
     """
+    file = configparser.ConfigParser(interpolation=None, strict=False, inline_comment_prefixes=("#", ";"))
 
-    width: int
-    height: int
-    K_left: Float[np.ndarray, "3 3"]
-    K_right: Float[np.ndarray, "3 3"]
-    lens_left: Float[np.ndarray, "5"]
-    lens_right: Float[np.ndarray, "5"]
-    R_right_left: Float[np.ndarray, "3 3"]
-    t_m: Float[np.ndarray, "3"]
-
-
-def read_calibration(path: Path, resolution: str) -> StereoCalibration:
-    """The calibration for one of SIZES. Raises InputError for a file that cannot be read, lacks a value, or holds ones
-    that cannot be.
-    """
-    if resolution not in SIZES:
-        raise InputError(f"There is no resolution '{resolution}' of a ZED. Choose one of {', '.join(SIZES)}.")
-    file = _Entries(Path(path))
-    lenses = [[file.number(f"{side}_CAM_{resolution}", k) for k in _LENS] for side in ("LEFT", "RIGHT")]
-    baseline_mm = file.number("STEREO", "Baseline")
-    across_mm = [file.number("STEREO", f"{k}_{resolution}", k) for k in ("TY", "TZ")]
-    turn = [file.number("STEREO", f"{k}_{resolution}") for k in ("RX", "CV", "RZ")]
-    if file.missing:
-        raise InputError(f"{path} lacks {', '.join(file.missing)}. {_REMEDY}")
-    _check(path, resolution, lenses, baseline_mm, turn)
-    (K_left, lens_left), (K_right, lens_right) = (_camera(lens) for lens in lenses)
-    rotation, _ = cv2.Rodrigues(np.array(turn))
-    t_m = np.array([-baseline_mm, *across_mm]) / 1000
-    return StereoCalibration(*SIZES[resolution], K_left, K_right, lens_left, lens_right, rotation, t_m)
-
-
-class _Entries:
-    """The numbers of an INI file, whatever the case of its keys; `missing` are those that were asked for in vain."""
-
-    def __init__(self, path: Path) -> None:
-        """Raises InputError for a file that is none."""
-        self._path, self.missing = path, list[str]()
-        file = configparser.ConfigParser(interpolation=None, strict=False)
-        try:
-            content = read_bytes(path, _MAX_BYTES, "the calibration of a ZED (SN<serial>.conf)")
-            file.read_string(content.decode("utf-8-sig"))
-        except (configparser.Error, UnicodeDecodeError) as error:
-            raise InputError(f"{path} is no calibration file of a ZED: {error}. {_REMEDY}") from error
-        self._texts = {f"{s}.{key}".lower(): text for s in file.sections() for key, text in file[s].items()}
-
-    def number(self, section: str, *names: str) -> float:
-        """The first of these keys that is there; 0 if none is, which is then missing. Raises InputError for text."""
-        name = next((n for n in names if f"{section}.{n}".lower() in self._texts), None)
-        if name is None:
-            self.missing.append(f"[{section}] {names[0]}")
-            return 0.0
-        text = self._texts[f"{section}.{name}".lower()]
-        try:
-            found = float(text.split("#")[0].split(";")[0])
-        except ValueError:
-            found = float("nan")
+    def number(section: str, *names: str) -> float:
+        """The first of these keys that is there."""
+        name = next((n for n in names if file.has_option(section, n)), names[0])
+        found = file.getfloat(section, name)
         if not np.isfinite(found):
-            raise InputError(f"{self._path}: {section}, {name} is '{text}', which is no number. {_REMEDY}")
+            raise ValueError(f"{name} is {found}")
         return found
 
-
-def _check(
-    path: Path, resolution: str, lenses: list[list[float]], baseline_mm: float, turn: list[float]
-) -> None:
-    width, height = SIZES[resolution]
-    low, high = _BASELINES_MM
-    if not low <= baseline_mm <= high:
+    try:
+        content = read_bytes(path, _MAX_BYTES, "the calibration of a ZED (SN<serial>.conf)")
+        file.read_string(content.decode("utf-8-sig"))
+        lenses = [[number(f"{side}_CAM_{resolution}", k) for k in _LENS] for side in ("LEFT", "RIGHT")]
+        baseline_mm = number("STEREO", "Baseline")
+        across_mm = [number("STEREO", f"{k}_{resolution}", k) for k in ("TY", "TZ")]
+        turn = np.array([number("STEREO", f"{k}_{resolution}") for k in ("RX", "CV", "RZ")])
+    except (configparser.Error, ValueError) as error:
+        raise InputError(f"{path} is no complete calibration of a ZED: {error}. {_REMEDY}") from error
+    if not _BASELINES_MM[0] <= baseline_mm <= _BASELINES_MM[1]:
         raise InputError(f"{path}: a Baseline of {baseline_mm:g} mm cannot be. {_REMEDY}")
     if np.linalg.norm(turn) > _MOST_TURN:
         raise InputError(f"{path}: the cameras are turned by {np.linalg.norm(turn):.2f} rad. {_REMEDY}")
+    width, height = SIZES[resolution]
     for fx, fy, cx, cy, *_ in lenses:
         if not (0.2 < fx / width < 3 and 0.8 < fy / fx < 1.25 and 0 < cx < width and 0 < cy < height):
             raise InputError(
                 f"{path}: fx {fx:g}, fy {fy:g}, cx {cx:g}, cy {cy:g} do not fit pictures of {width}x{height} pixels. "
                 f"{_REMEDY}"
             )
-
-
-def _camera(lens: list[float]) -> tuple[Float[np.ndarray, "3 3"], Float[np.ndarray, "5"]]:
-    fx, fy, cx, cy, *coefficients = lens
-    return np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1.0]]), np.array(coefficients)
+    left, right = ((pinhole_matrix(*lens[:4]), np.array(lens[4:])) for lens in lenses)
+    return left, right, np.asarray(cv2.Rodrigues(turn)[0]), np.array([-baseline_mm, *across_mm]) / 1000
 
 
 class Rectifier:
@@ -132,25 +84,22 @@ class Rectifier:
         R_rectified_left: from the left camera's own frame to the rectified one's.
     """
 
-    def __init__(self, calibration: StereoCalibration) -> None:
-        c = calibration
-        size = (c.width, c.height)
+    def __init__(self, path: Path, resolution: str) -> None:
+        """Raises InputError as `read_calibration`."""
+        (K_left, lens_left), (K_right, lens_right), R, t_m = read_calibration(path, resolution)
+        size = self._size = SIZES[resolution]
         R_left, R_right, P_left, P_right, *_ = cv2.stereoRectify(
-            *(c.K_left, c.lens_left, c.K_right, c.lens_right, size, c.R_right_left, c.t_m[:, None]),
+            *(K_left, lens_left, K_right, lens_right, size, R, t_m[:, None]),
             flags=cv2.CALIB_ZERO_DISPARITY,
             alpha=0,
         )
         self.K = np.array(P_left[:, :3], float)
         self.baseline_m = float(-P_right[0, 3] / P_right[0, 0])
         self.R_rectified_left = np.array(R_left, float)
-        self._size = size
-        self._maps = [
-            cv2.initUndistortRectifyMap(K, lens, R, P, size, cv2.CV_16SC2)
-            for K, lens, R, P in (
-                (c.K_left, c.lens_left, R_left, P_left),
-                (c.K_right, c.lens_right, R_right, P_right),
-            )
-        ]
+        self._maps = (
+            cv2.initUndistortRectifyMap(K_left, lens_left, R_left, P_left, size, cv2.CV_16SC2),
+            cv2.initUndistortRectifyMap(K_right, lens_right, R_right, P_right, size, cv2.CV_16SC2),
+        )
 
     def rectify(
         self, left: UInt8[np.ndarray, "h w *c"], right: UInt8[np.ndarray, "h w *c"]
@@ -172,12 +121,13 @@ def row_difference(left: UInt8[np.ndarray, "h w"], right: UInt8[np.ndarray, "h w
     starts = cv2.goodFeaturesToTrack(left, 300, 0.01, 8)
     if starts is None:
         return None
-    there, found = _tracked(left, right, np.asarray(starts))
+    starts = np.asarray(starts)
+    there, found = _tracked(left, right, starts)
     back, again = _tracked(right, left, there)
-    good = found & again & (np.linalg.norm(back - np.asarray(starts), axis=-1).ravel() < 0.5)
+    good = found & again & (np.linalg.norm(back - starts, axis=-1).ravel() < 0.5)
     if np.count_nonzero(good) < _FEWEST_TRACKED:
         return None
-    return float(np.median(np.abs(there - np.asarray(starts)).reshape(-1, 2)[good, 1]))
+    return float(np.median(np.abs(there - starts).reshape(-1, 2)[good, 1]))
 
 
 def _tracked(start: np.ndarray, end: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -19,7 +19,7 @@ from torc.errors import CameraError
 from torc.records import StereoPair
 from torc.workspace.description import Workspace
 from torc_lab.cameras.base import RealCamera
-from torc_lab.cameras.zed_calibration import SIZES, Rectifier, read_calibration, row_difference
+from torc_lab.cameras.zed_calibration import SIZES, Rectifier, row_difference
 
 _VIDEO_DEVICES = Path("/sys/class/video4linux")
 _WAITING = 5
@@ -82,27 +82,32 @@ class ZedUvcCamera(RealCamera):
         self.config = ZedUvcConfig() if config is None else config
         super().__init__(self.config.pose, workspace)
         self._open = open_video or _open_video
-        self._video: Any = None
         self._rectifier: Rectifier | None = None
 
     def close(self) -> None:
         """Frees the device; the next capture opens it again."""
-        video, self._video = self._video, None
+        video, self._device = self._device, None
         if video is not None:
             video.release()
 
     def _shoot(self) -> Observation:
+        c = self.config
         if self._rectifier is None:
-            path = find_calibration(self.config.calibration)
-            self._rectifier = Rectifier(read_calibration(path, self.config.resolution))
-        opened = self._video is None
+            self._rectifier = Rectifier(find_calibration(c.calibration), c.resolution)
+        opened = self._device is None
         if opened:
-            self._video = self._open(self.config)
-        self._drop(self.config.warm_up if opened else _WAITING)
+            self._device = self._open(c)
+        old = c.warm_up if opened else _WAITING
+        for _ in range(old if c.live else 0):
+            self._device.grab()
         left, right = self._rectifier.rectify(*self._halves())
         grey = [np.asarray(cv2.cvtColor(p, cv2.COLOR_BGR2GRAY), np.uint8) for p in (left, right)]
-        if opened:
-            _check_rows(row_difference(*grey))
+        apart = row_difference(*grey) if opened else None
+        if apart is not None and apart > _MOST_ROWS:
+            raise InputError(
+                f"The ZED's two pictures do not fit together: the same points are {apart:.1f} rows apart. Is the "
+                "calibration this camera's (its serial number is in the file's name)? Else calibrate it anew."
+            )
         return Observation(
             rgb=np.ascontiguousarray(left[..., ::-1]),
             depth_m=np.zeros(left.shape[:2], np.float32),
@@ -113,13 +118,9 @@ class ZedUvcCamera(RealCamera):
             pair=StereoPair(grey[0], grey[1], self._rectifier.baseline_m),
         )
 
-    def _drop(self, count: int) -> None:
-        for _ in range(count if self.config.live else 0):
-            self._video.grab()
-
     def _halves(self) -> tuple[UInt8[np.ndarray, "h w 3"], UInt8[np.ndarray, "h w 3"]]:
         """The left and the right picture, blue first."""
-        good, picture = self._video.read()
+        good, picture = self._device.read()
         if not good or picture is None:
             ended = (
                 "Is it still connected, to a USB 3 port?" if self.config.live else "The film is at its end."
@@ -133,14 +134,6 @@ class ZedUvcCamera(RealCamera):
                 "another --camera.device (`torc camera list`), or --camera.resolution."
             )
         return np.ascontiguousarray(picture[:, :width]), np.ascontiguousarray(picture[:, width:])
-
-
-def _check_rows(apart: float | None) -> None:
-    if apart is not None and apart > _MOST_ROWS:
-        raise InputError(
-            f"The ZED's two pictures do not fit together: the same points are {apart:.1f} rows apart. Is the "
-            "calibration this camera's (its serial number is in the file's name)? Else calibrate it anew."
-        )
 
 
 def find_calibration(given: str) -> Path:

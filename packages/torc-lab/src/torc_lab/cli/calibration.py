@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from torc_lab.calibration.board import Board
     from torc_lab.calibration.hand_eye import HandEye
     from torc_lab.calibration.marker import TableMarker
-    from torc_lab.calibration.pose_frames import PoseFrame
-    from torc_lab.calibration.session import Album
+    from torc_lab.calibration.session import Session
+    from torc_lab.calibration.stored import PoseFrame
     from torc_lab.lab_file import Lab
 
 
@@ -129,11 +129,11 @@ class CalibrateCommand:
         from torc_lab.lab_file import load_lab
 
         lab, board = load_lab(self.lab), self.options.board()
-        album = self._album(lab, board)
-        found = solve_hand_eye(album.views, board, album.K, self.mount)
+        session = self._session(lab, board)
+        found = solve_hand_eye(session.views, board, session.K, self.mount)
         fixed = self.mount == "fixed"
-        marker = placed_marker(album.markers, album.K, found.T_camera) if fixed else None
-        self._write(found, len(album.views), marker)
+        marker = placed_marker(session.markers, session.K, found.T_camera) if fixed else None
+        self._write(found, len(session.views), marker)
         if fixed and marker is None:
             print(
                 "No marker was seen on the table: `torc lab check` will not notice a camera that was moved."
@@ -160,8 +160,7 @@ class CalibrateCommand:
 
     def _by_samples(self, path: Path) -> int:
         from torc_lab.calibration.hand_eye import solve_samples
-        from torc_lab.calibration.pose_frames import PoseFrame
-        from torc_lab.calibration.stored import samples_of_easy_handeye
+        from torc_lab.calibration.stored import PoseFrame, samples_of_easy_handeye
 
         frame = PoseFrame() if self.frame == "world" else self._base_frame()
         samples = samples_of_easy_handeye(path, self.mount, frame)
@@ -170,14 +169,14 @@ class CalibrateCommand:
         return 0
 
     def _base_frame(self) -> PoseFrame:
-        from torc_lab.calibration.pose_frames import base_frame
+        from torc_lab.calibration.stored import base_frame
         from torc_lab.lab_file import load_lab
 
         return base_frame(load_lab(self.lab).robot.arm, self.base_turn_deg)
 
     def _frame_of_list(self) -> PoseFrame | None:
         """The frame of poses in a list, which do not say it: None if it is not given and the base is not the world."""
-        from torc_lab.calibration.pose_frames import PoseFrame
+        from torc_lab.calibration.stored import PoseFrame
 
         if self.frame == "world":
             return PoseFrame()
@@ -185,14 +184,11 @@ class CalibrateCommand:
         return base if self.frame == "base" or base.is_world else None
 
     def _write(self, found: HandEye, count: int, marker: TableMarker | None) -> None:
-        from torc_lab.calibration.session import calibration_text, report
+        self.out.write_text(found.as_yaml(count, marker), encoding="utf-8")
+        print(found.report(str(self.out)))
 
-        self.out.write_text(calibration_text(found, count, marker), encoding="utf-8")
-        print(report(found, str(self.out)))
-
-    def _album(self, lab: Lab, board: Board) -> Album:
-        from torc_lab.calibration.guided import collect_guided
-        from torc_lab.calibration.session import collect_views
+    def _session(self, lab: Lab, board: Board) -> Session:
+        from torc_lab.calibration.session import Session, collect_guided, collect_views
         from torc_lab.cameras.kinds import open_camera
         from torc_lab.devices import close_camera, connect_arm, limits, stop_and_close
         from torc_lab.person import ask_in_terminal
@@ -203,13 +199,11 @@ class CalibrateCommand:
             stack.callback(close_camera, camera)
             driver = connect_arm(lab)
             stack.callback(stop_and_close, driver)
+            arm, modelled = SupervisedArm(driver, lab.robot, limits(lab)), lab.robot.arm
+            where = lambda: arm.qpos  # noqa: E731
+            session = Session(camera, where, modelled, board, self.poses, ask_in_terminal, print, self.mount)
             if self.jog:
-                arm = lab.robot.arm
-                where = lambda: driver.status().qpos  # noqa: E731
-                return collect_views(
-                    camera, where, arm, board, self.poses, ask_in_terminal, print, self.mount
-                )
-            supervised = SupervisedArm(driver, lab.robot, limits(lab))
-            return collect_guided(
-                lab, camera, supervised, board, self.poses, ask_in_terminal, print, self.mount
-            )
+                collect_views(session)
+            else:
+                collect_guided(session, lab, arm)
+            return session

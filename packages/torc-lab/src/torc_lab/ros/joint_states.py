@@ -1,7 +1,8 @@
 """Where every joint is, by joint states that several nodes may publish on one topic, each of some joints.
 
 A Motoman driver publishes a message per group there, and a gripper its own. So the newest value of each joint counts,
-with its own age, not the newest message.
+with its own age, not the newest message. Messages may come late, twice, or out of order; the robot's clock is not this
+machine's, and what came least late tells how far they are apart.
 """
 
 import threading
@@ -12,7 +13,42 @@ import numpy as np
 from jaxtyping import Float
 
 from torc_lab.protocols import LabError
-from torc_lab.ros.arrivals import Arrivals
+
+_LEAK = 1e-3
+"""Clocks run apart, by far less than this; a network that has become slower for good is noticed for so much longer."""
+
+
+class Arrivals:
+    """A publisher's newest message by its own time stamp, and when it would have come if it had not been late."""
+
+    def __init__(self) -> None:
+        self._message: Any = None
+        self._told_s: float | None = None
+        self._stamp_s = self._came_s = 0.0
+        self._least_s = float("inf")
+
+    def take(self, message: Any, came_s: float) -> tuple[Any, float]:
+        """The newest message and its stamp, by this machine's monotonic clock, after one more; the same one may be
+        taken again. A message without a time of its own counts as new.
+        """
+        told_s = _stamp_of(message)
+        if told_s is None:
+            self._message, self._told_s, self._stamp_s = message, None, came_s
+        elif self._told_s is None or told_s > self._told_s:
+            least = self._least_s + _LEAK * max(0.0, came_s - self._came_s)
+            self._least_s, self._came_s = min(least, came_s - told_s), came_s
+            self._message, self._told_s, self._stamp_s = message, told_s, told_s + self._least_s
+        return self._message, self._stamp_s
+
+
+def _stamp_of(message: Any) -> float | None:
+    """The time in a message's header, seconds; None if there is none, or zero."""
+    try:
+        stamp = message["header"]["stamp"]
+        seconds = stamp.get("secs", stamp.get("sec", 0)) + 1e-9 * stamp.get("nsecs", stamp.get("nanosec", 0))
+        return float(seconds) or None
+    except (TypeError, KeyError, AttributeError, ValueError, OverflowError):
+        return None
 
 
 class JointStates:
@@ -35,7 +71,7 @@ class JointStates:
                 newest, stamp_s = arrivals.take(message, came_s)
                 positions = [float(v) for v in newest["position"]]
             except (KeyError, TypeError, ValueError) as error:
-                self._unreadable = str(error) or type(error).__name__
+                self._unreadable = f": {str(error) or type(error).__name__}"
                 return
             # Some publish velocities or efforts alone, without positions.
             for name, position in zip(names, positions):
@@ -53,8 +89,13 @@ class JointStates:
         """
         with self._lock:
             missing = [name for name in joint_names if name not in self._newest]
+            if not self._newest:
+                raise LabError(f"No joint states could be read{self._unreadable}.")
             if missing:
-                raise LabError(self._without(missing))
+                raise LabError(
+                    f"The joint states have no {', '.join(map(repr, missing))}; they have "
+                    f"{', '.join(sorted(self._newest))}. Do the names in the lab file fit this robot?"
+                )
             found = [self._newest[name] for name in joint_names]
         qpos = np.array([position for position, _ in found])
         if not np.isfinite(qpos).all():
@@ -65,14 +106,3 @@ class JointStates:
         """The newest position of every joint that was heard of."""
         with self._lock:
             return {name: position for name, (position, _) in self._newest.items()}
-
-    def _without(self, missing: Sequence[str]) -> str:
-        """With the lock held."""
-        if not self._newest:
-            why = f": {self._unreadable}" if self._unreadable else ""
-            return f"No joint states could be read{why}."
-        heard = ", ".join(sorted(self._newest))
-        return (
-            f"The joint states have no {', '.join(map(repr, missing))}; they have {heard}. "
-            "Do the names in the lab file fit this robot?"
-        )

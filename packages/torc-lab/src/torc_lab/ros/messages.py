@@ -11,18 +11,20 @@ ACTION_TYPES = {
     2: "control_msgs/action/FollowJointTrajectory",
 }
 JOINT_STATE_TYPES = {1: "sensor_msgs/JointState", 2: "sensor_msgs/msg/JointState"}
-_STATUS_1 = {
-    2: "preempted",
-    4: "aborted",
-    5: "rejected",
-    6: "preempting",
-    7: "recalling",
-    8: "recalled",
-    9: "lost",
+_STATUS_WORDS = {
+    1: {
+        2: "preempted",
+        4: "aborted",
+        5: "rejected",
+        6: "preempting",
+        7: "recalling",
+        8: "recalled",
+        9: "lost",
+    },
+    2: {0: "unknown", 5: "cancelled", 6: "aborted"},
 }
-"""actionlib_msgs/GoalStatus, less pending (0), active (1) and succeeded (3)."""
-_STATUS_2 = {0: "unknown", 5: "cancelled", 6: "aborted"}
-"""action_msgs/GoalStatus, less accepted (1), executing (2), cancelling (3) and succeeded (4)."""
+"""actionlib_msgs/GoalStatus less pending (0), active (1) and succeeded (3); action_msgs/GoalStatus less accepted (1),
+executing (2), cancelling (3) and succeeded (4)."""
 SUCCEEDED = {1: 3, 2: 4}
 
 
@@ -30,22 +32,21 @@ def goal_message(trajectory: Trajectory, joint_names: Sequence[str], ros: RosVer
     """The goal of a FollowJointTrajectory: positions and velocities at every sample."""
     points = [
         {
-            "positions": [float(v) for v in q],
-            "velocities": [float(v) for v in v_],
+            "positions": qpos.tolist(),
+            "velocities": qvel.tolist(),
             "accelerations": [],
             "effort": [],
             "time_from_start": duration(float(t), ros),
         }
-        for t, q, v_ in zip(trajectory.times_s, trajectory.qpos, trajectory.qvel, strict=True)
+        for t, qpos, qvel in zip(trajectory.times_s, trajectory.qpos, trajectory.qvel, strict=True)
     ]
-    header: dict[str, Any] = {"stamp": duration(0.0, ros), "frame_id": ""}
+    header = {"stamp": duration(0.0, ros), "frame_id": ""}
     return {"trajectory": {"header": header, "joint_names": list(joint_names), "points": points}}
 
 
 def duration(seconds: float, ros: RosVersion) -> dict[str, int]:
     """A time or duration, rounded to nanoseconds."""
-    nanoseconds = round(seconds * 1e9)
-    whole, rest = divmod(nanoseconds, 10**9)
+    whole, rest = divmod(round(seconds * 1e9), 10**9)
     return {"secs": whole, "nsecs": rest} if ros == 1 else {"sec": whole, "nanosec": rest}
 
 
@@ -57,17 +58,15 @@ def result_of(status: Any, text: Any, error_code: Any, ros: RosVersion) -> str |
         return f"a status {status!r}, which is no number"
     if status == SUCCEEDED[ros]:
         return "" if error_code in (0, None) else f"error code {error_code}" + (f": {text}" if text else "")
-    words = (_STATUS_1 if ros == 1 else _STATUS_2).get(status)
+    words = _STATUS_WORDS[ros].get(status)
     return None if words is None else words + (f": {text}" if text else "")
 
 
 def robot_status_fault(message: Any) -> str:
     """Why nothing moves, by an industrial_msgs/RobotStatus; "" if it may. What is unknown does not count as well."""
     try:
-        value = {
-            k: int(message[k]["val"])
-            for k in ("e_stopped", "drives_powered", "motion_possible", "in_error", "mode")
-        }
+        names = ("e_stopped", "drives_powered", "motion_possible", "in_error", "mode")
+        value = {name: int(message[name]["val"]) for name in names}
     except (KeyError, TypeError, ValueError):
         return "its robot_status cannot be read"
     reasons = {
@@ -96,11 +95,9 @@ _UR_SAFETY = {
 def ur_safety_fault(message: Any) -> str:
     """Why nothing moves, by a ur_dashboard_msgs/SafetyMode; "" if it may."""
     mode = message.get("mode") if isinstance(message, Mapping) else None
-    return (
-        _UR_SAFETY.get(mode, f"safety mode {mode}")
-        if isinstance(mode, int)
-        else "its safety mode cannot be read"
-    )
+    if not isinstance(mode, int):
+        return "its safety mode cannot be read"
+    return _UR_SAFETY.get(mode, f"safety mode {mode}")
 
 
 def is_moving(message: Any) -> bool | None:
