@@ -202,7 +202,7 @@ def test_ten_thousand_replies_of_simple_message_are_taken_for_their_own_request_
                     arm._command(rng.choice([Command.CHECK_QUEUE_COUNT, Command.STOP_MOTION]))
                 accepted = True
             except LabError:
-                accepted, refused, arm._lost = False, refused + 1, ""
+                accepted, refused, arm.lost = False, refused + 1, ""
             assert len(told) == before + 1
             assert accepted == ((told[-1].sequence, told[-1].command) == asked[-1])
             del told[:-30]

@@ -78,8 +78,8 @@ def test_a_gateway_that_knows_holding_registers_alone():
 
 
 def test_the_wide_gripper_has_a_force_range_of_its_own():
-    assert RobotiqConfig("x").force_n == (20.0, 235.0)
-    assert RobotiqConfig("x", max_width_m=0.14).force_n == (10.0, 125.0)
+    assert RobotiqConfig("x").scale.force_n == (20.0, 235.0)
+    assert RobotiqConfig("x", max_width_m=0.14).scale.force_n == (10.0, 125.0)
     twin = RobotiqTwin(TimedFingers())
     with UrcapTwin(twin) as there:
         gripper = over_urcap(RobotiqConfig(there.address, max_width_m=0.14))

@@ -16,6 +16,7 @@ from typing import Any, Self
 
 from torc import TorcError
 from torc.errors import MissingDependencyError, extra_remedy
+from torc_lab.link import Link
 from torc_lab.protocols import LabError
 
 _MAX_BYTES = 256 * 2**20
@@ -47,8 +48,10 @@ class Latest:
 _NOTHING = Latest(0, None, float("-inf"))
 
 
-class Rosbridge:
+class Rosbridge(Link):
     """A connection. Close it, or use it in a `with`. May be used by several threads."""
+
+    fault = RosbridgeError
 
     def __init__(self, url: str, timeout_s: float = 5.0) -> None:
         """Connects to a URL such as ws://robot:9090. Raises RosbridgeError, MissingDependencyError."""
@@ -57,6 +60,7 @@ class Rosbridge:
             from websockets.sync.client import connect
         except ImportError as error:
             raise MissingDependencyError("websockets, for rosbridge,", extra_remedy("lab")) from error
+        super().__init__(f"The connection to rosbridge at {url}")
         self.url, self._timeout_s = url, timeout_s
         self._open = ExitStack()
         try:
@@ -79,8 +83,6 @@ class Rosbridge:
                 "rosbridge_server rosbridge_websocket_launch.xml`, or roslaunch), and check address and port."
             ) from error
         self._numbers = itertools.count(1)
-        self._news = threading.Condition()
-        self._lost = ""
         self._latest: dict[str, Latest] = {}
         self._takes: dict[str, Take] = {}
         self._answers: dict[str, Any] = {}
@@ -88,8 +90,7 @@ class Rosbridge:
         self._refusals: dict[str, str] = {}
         """What the server said of requests that it could not fulfil, by their id."""
         self._fragments: dict[Any, dict[int, str]] = {}
-        self._reader = threading.Thread(target=self._read, name="torc-rosbridge", daemon=True)
-        self._reader.start()
+        threading.Thread(target=self._read, name="torc-rosbridge", daemon=True).start()
 
     def __enter__(self) -> Self:
         return self
@@ -99,15 +100,8 @@ class Rosbridge:
 
     def close(self) -> None:
         """Ends the connection."""
-        with self._news:
-            self._lost = self._lost or "it was closed"
-            self._news.notify_all()
+        self._lose("it was closed")
         self._open.close()
-
-    @property
-    def lost(self) -> str:
-        """Why the connection is of no use any more; "" while it is."""
-        return self._lost
 
     def subscribe(self, topic: str, kind: str = "", take: Take | None = None) -> str:
         """Asks for a topic's messages; the id of that wish.
@@ -143,7 +137,7 @@ class Rosbridge:
         of that id.
         """
         with self._news:
-            self._await(
+            self._expect(
                 lambda: self._latest.get(topic, _NOTHING).count > after,
                 f"no message on {topic}",
                 timeout_s,
@@ -175,7 +169,7 @@ class Rosbridge:
         with self._news:
             try:
                 silence = f"no answer of service {service}"
-                self._await(lambda: self._answers[wish] is not None, silence, timeout_s, wish)
+                self._expect(lambda: self._answers[wish] is not None, silence, timeout_s, wish)
             finally:
                 answer = self._answers.pop(wish)
         if not answer.get("result", True):
@@ -236,21 +230,15 @@ class Rosbridge:
         try:
             self._socket.send(json.dumps(request))
         except (OSError, WebSocketException) as error:
-            self._lose(error)
-            self._check()
+            raise self._lose(error) from error
 
-    def _check(self) -> None:
-        if self._lost:
-            raise RosbridgeError(f"The connection to rosbridge at {self.url} is lost: {self._lost}.")
-
-    def _await(self, there: Callable[[], bool], silence: str, timeout_s: float | None, wish: str) -> None:
+    def _expect(self, there: Callable[[], bool], silence: str, timeout_s: float | None, wish: str) -> None:
         """Waits, with the lock held, until it is there. Raises RosbridgeError.
 
         Most servers say nothing of what they refuse, and only a time-out shows it.
         """
         seconds = self._timeout_s if timeout_s is None else timeout_s
-        self._news.wait_for(lambda: there() or self._lost or wish in self._refusals, seconds)
-        if there():
+        if self._await(lambda: there() or wish in self._refusals, seconds) and there():
             return
         self._check()
         if wish in self._refusals:
@@ -264,10 +252,9 @@ class Rosbridge:
         try:
             for text in self._socket:
                 self._take(text)
+            self._lose("the server ended it")
         except Exception as error:  # whatever ends the reader, nobody may wait for it any more
             self._lose(error)
-        else:
-            self._lose(None)
 
     def _take(self, text: str | bytes) -> None:
         try:
@@ -307,11 +294,6 @@ class Rosbridge:
             return ""
         del self._fragments[fragment["id"]]
         return "".join(parts[k] for k in range(total))
-
-    def _lose(self, error: BaseException | None) -> None:
-        with self._news:
-            self._lost = self._lost or str(error or "the server ended it")
-            self._news.notify_all()
 
 
 class Newest:
