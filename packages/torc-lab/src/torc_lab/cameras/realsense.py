@@ -10,7 +10,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar
 
 import numpy as np
 from jaxtyping import Float, UInt8
@@ -75,22 +75,12 @@ def realsense_library() -> Any:
     return pyrealsense2
 
 
-class FrameSets(Protocol):
-    """Where sets of pictures of one moment come from: a device, a recording, or a software device."""
-
-    def wait(self) -> Any:
-        """The next set (an `rs.composite_frame`) that was taken after this call. Raises CameraError if none comes."""
-
-    def close(self) -> None:
-        """Frees the device."""
-
-
-class _PipelineFrames:
+class PipelineFrames:
     """The streams of a device or a recording: all of the camera that software devices do without."""
 
     def __init__(self, config: RealSenseConfig) -> None:
         """Starts the streams. Raises CameraError, MissingDependencyError."""
-        rs = realsense_library()
+        rs, c = realsense_library(), config
         self._config, self._pipeline, wanted = config, rs.pipeline(), rs.config()
         if config.file and not Path(config.file).is_file():
             raise CameraError(f"There is no recording '{config.file}'. Give --camera.file a .bag or .db3.")
@@ -106,22 +96,29 @@ class _PipelineFrames:
                 profile = wanted.resolve(rs.pipeline_wrapper(self._pipeline))
                 profile.get_device().as_playback().set_real_time(False)
             else:
-                self._choose_streams(wanted, rs)
+                if c.serial:
+                    wanted.enable_device(str(c.serial))
+                wanted.enable_stream(rs.stream.color, c.width, c.height, rs.format.rgb8, c.fps)
+                wanted.enable_stream(rs.stream.depth, c.width, c.height, rs.format.z16, c.fps)
+                for index in (1, 2) if c.infrared else ():
+                    wanted.enable_stream(rs.stream.infrared, index, c.width, c.height, rs.format.y8, c.fps)
             self._pipeline.start(wanted)
         except RuntimeError as error:
-            raise CameraError(self._explained(error)) from error
-
-    def _choose_streams(self, wanted: Any, rs: Any) -> None:
-        c = self._config
-        if c.serial:
-            wanted.enable_device(str(c.serial))
-        wanted.enable_stream(rs.stream.color, c.width, c.height, rs.format.rgb8, c.fps)
-        wanted.enable_stream(rs.stream.depth, c.width, c.height, rs.format.z16, c.fps)
-        for index in (1, 2) if c.infrared else ():
-            wanted.enable_stream(rs.stream.infrared, index, c.width, c.height, rs.format.y8, c.fps)
+            if c.file:
+                raise CameraError(
+                    f"RealSense: '{c.file}' is no recording that can be read: {error}"
+                ) from error
+            connected = "; ".join(RealSenseCamera.devices())
+            raise CameraError(
+                f"RealSense: the streams cannot be opened: {error}. Connected are: {connected}. Is --camera.serial one "
+                f"of these? {c.width}x{c.height} at {c.fps} per second may be more than the camera or its USB port "
+                "has: change --camera.width, --camera.height or --camera.fps. Or another program uses the camera."
+            ) from error
 
     def wait(self) -> Any:
-        """The next set of pictures; of a device the first whose exposure began after the call."""
+        """The next set of pictures (an `rs.composite_frame`); of a device the first whose exposure began after the
+        call. Raises CameraError if none comes.
+        """
         timeout_ms = max(1, round(1000 * self._config.timeout_s))
         try:
             if not self._config.file:
@@ -143,18 +140,6 @@ class _PipelineFrames:
         """Stops the streams."""
         with suppress(RuntimeError):  # it was unplugged
             self._pipeline.stop()
-
-    def _explained(self, error: RuntimeError) -> str:
-        """What went wrong at the start, and what to do."""
-        c = self._config
-        if c.file:
-            return f"RealSense: '{c.file}' is no recording that can be read: {error}"
-        return (
-            f"RealSense: the streams cannot be opened: {error}. Connected are: {'; '.join(RealSenseCamera.devices())}. "
-            f"Is --camera.serial one of these? {c.width}x{c.height} at {c.fps} per second may be more than the camera "
-            "or its USB port has: change --camera.width, --camera.height or --camera.fps. Or another program uses the "
-            "camera."
-        )
 
 
 class RealSenseCamera(RealCamera):
@@ -178,7 +163,7 @@ class RealSenseCamera(RealCamera):
         self,
         config: RealSenseConfig | None = None,
         workspace: Workspace | None = None,
-        open_frames: Callable[[RealSenseConfig], FrameSets] = _PipelineFrames,
+        open_frames: Callable[[RealSenseConfig], PipelineFrames] = PipelineFrames,
     ) -> None:
         """`open_frames` opens the device."""
         self.config = RealSenseConfig() if config is None else config
@@ -193,7 +178,7 @@ class RealSenseCamera(RealCamera):
                 self._device.wait()
         return self._observation(self._complete(self._device))
 
-    def _complete(self, source: FrameSets) -> Any:
+    def _complete(self, source: PipelineFrames) -> Any:
         """The next set with all streams: the first ones after opening may lack some."""
         missing = [""]
         for _ in range(_MOST_SETS):
@@ -214,7 +199,7 @@ class RealSenseCamera(RealCamera):
         unit_m = float(depth.get_units())
         if not 1e-6 <= unit_m <= 0.1:
             raise CameraError(
-                f"RealSense: its unit of depth is {unit_m} m, which cannot be. Reset the camera."
+                f"RealSense: its unit of depth is {unit_m} m: that cannot be. Reset the camera."
             )
         rgb, depth_m = _pixels(color), np.asanyarray(depth.get_data()) * np.float32(unit_m)
         if (lens := self._ideal(color)) is not None:
@@ -290,11 +275,8 @@ def _pixels(color: Any) -> UInt8[np.ndarray, "h w 3"]:
 
 def _pair(frames: Any) -> StereoPair:
     """The infrared pictures; the left camera is the one that depth belongs to."""
-    left, right, depth = (
-        frames.get_infrared_frame(1),
-        frames.get_infrared_frame(2),
-        frames.get_depth_frame(),
-    )
+    left, right = frames.get_infrared_frame(1), frames.get_infrared_frame(2)
+    depth = frames.get_depth_frame()
     sizes = {(f.get_width(), f.get_height()) for f in (left, right, depth)}
     if len(sizes) > 1 or np.abs(_matrix(left) - _matrix(depth)).max() > _SAME_PX:
         raise CameraError(

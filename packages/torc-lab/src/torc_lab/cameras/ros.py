@@ -24,8 +24,6 @@ _PICTURES = tuple(
     for kind in ("Image", "CompressedImage", "CameraInfo")
     for form in ("", "msg/")
 )
-_MOST_PICTURES = 200
-"""To look through for two of one moment."""
 
 
 @dataclass(frozen=True)
@@ -97,24 +95,18 @@ class RosCamera(RealCamera):
 
     def _of_one_moment(self, color: Newest, depth: Newest) -> tuple[RosImage, RosImage]:
         """The first colour and depth picture that are no further apart than max_lag_s."""
-        pictures = [read_image(source.topic, source.message()) for source in (color, depth)]
-        for _ in range(_MOST_PICTURES):
-            apart_s = pictures[0].stamp_s - pictures[1].stamp_s
-            if abs(apart_s) <= self.config.max_lag_s:
-                return pictures[0], pictures[1]
-            older = 0 if apart_s < 0 else 1
-            source = (color, depth)[older]
+        sources = color, depth
+        pictures = [read_image(source.topic, source.message()) for source in sources]
+        while (apart_s := abs(pictures[0].stamp_s - pictures[1].stamp_s)) > self.config.max_lag_s:
+            older = int(pictures[1].stamp_s < pictures[0].stamp_s)
             try:
-                pictures[older] = read_image(source.topic, source.message())
+                pictures[older] = read_image(sources[older].topic, sources[older].message())
             except RosbridgeError as error:
                 raise RosbridgeError(
-                    f"{error} Its last picture is {abs(apart_s):.3f} s older than the other's, more than "
-                    f"--camera.max-lag-s {self.config.max_lag_s:g}."
+                    f"{error} Its last picture is {apart_s:.3f} s older than the other's, more than --camera.max-lag-s "
+                    f"{self.config.max_lag_s:g}. Do their clocks agree? Else raise that: the scene is at rest."
                 ) from error
-        raise RosbridgeError(
-            f"{self.what}: {color.topic} and {depth.topic} never show one moment: {abs(apart_s):.3f} s lie between "
-            "them. Do their clocks agree? Else raise --camera.max-lag-s: the scene is at rest."
-        )
+        return pictures[0], pictures[1]
 
     def _observation(self, color: RosImage, depth: RosImage, lens: RosLens) -> Observation:
         c, rgb, depth_m = self.config, color.colors(), depth.depth_m()

@@ -1,18 +1,19 @@
 """sensor_msgs/Image, CompressedImage and CameraInfo as rosbridge gives them, in the forms of ROS 1 and of ROS 2."""
 
+import base64
 import struct
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Annotated, Any, TypeVar
+from typing import Any
 
 import cv2
 import numpy as np
 from jaxtyping import Float, Float32, UInt8
-from pydantic import AliasChoices, Base64Bytes, BaseModel, ConfigDict, Field, ValidationError
 
 from torc import InputError
-from torc.io.strict_yaml import explain_faults
 from torc_lab.cameras.lens import PinholeMap, pinhole_map
+from torc_lab.ros.joint_states import stamp_of
 
 _PIXELS: Mapping[str, tuple[str, int]] = {
     "rgb8": ("u1", 3),
@@ -26,7 +27,6 @@ _PIXELS: Mapping[str, tuple[str, int]] = {
 }
 """Type and number of channels, by encoding."""
 _MODELS = ("", "plumb_bob", "rational_polynomial")
-_MOST_SIDE_PX = 8192
 _DEPTH_HEADER = struct.Struct("<iff")
 """In front of the PNG of compressed depth: a format number, then the two parameters of quantized metres."""
 
@@ -57,15 +57,14 @@ class RosImage:
         return np.ascontiguousarray(self.pixels[..., :3][..., ::order])
 
     def depth_m(self) -> Float32[np.ndarray, "h w"]:
-        """Metres: 16UC1 and mono16 are in millimetres, 32FC1 in metres (REP 118); 0 for no reading, which NaN and
-        infinity mean there. Raises InputError for a colour picture.
+        """Metres: 16UC1 and mono16 are in millimetres, 32FC1 in metres, with NaN and infinity for no reading (REP 118).
+        Raises InputError for a colour picture.
         """
         if self.pixels.ndim != 2 or self.encoding == "mono8":
             raise InputError(
                 f"{self.topic} is {self.encoding}, not depth: give --camera.depth a depth picture."
             )
-        unit_m = np.float32(1.0 if self.encoding == "32FC1" else 0.001)
-        return np.nan_to_num(self.pixels.astype(np.float32) * unit_m, nan=0.0, posinf=0.0, neginf=0.0)
+        return self.pixels.astype(np.float32) * np.float32(1.0 if self.encoding == "32FC1" else 0.001)
 
 
 @dataclass(frozen=True)
@@ -80,87 +79,41 @@ class RosLens:
     ideal: PinholeMap | None
 
 
-def _either(*names: str) -> Any:
-    """A field that ROS 1 and ROS 2 call differently."""
-    return Field(validation_alias=AliasChoices(*names))
-
-
-class _Message(BaseModel):
-    model_config = ConfigDict(frozen=True, allow_inf_nan=False)
-
-
-class _Stamp(_Message):
-    seconds: int = _either("secs", "sec")
-    nanoseconds: int = _either("nsecs", "nanosec")
-
-
-class _Header(_Message):
-    stamp: _Stamp
-    frame_id: str
-
-
-class _Picture(_Message):
-    header: _Header
-    data: Base64Bytes
-
-    def shown(self, topic: str, encoding: str, pixels: np.ndarray) -> RosImage:
-        stamp = self.header.stamp
-        stamp_s = stamp.seconds + 1e-9 * stamp.nanoseconds
-        return RosImage(topic, encoding, pixels, stamp_s, self.header.frame_id.lstrip("/"))
-
-
-_Side = Annotated[int, Field(gt=0, le=_MOST_SIDE_PX)]
-
-
-class _Image(_Picture):
-    height: _Side
-    width: _Side
-    step: int
-    encoding: str
-    is_bigendian: bool
-
-
-class _CompressedImage(_Picture):
-    format: str
-
-
-class _CameraInfo(_Message):
-    height: _Side
-    width: _Side
-    distortion_model: str = ""
-    K: Annotated[list[float], Field(min_length=9, max_length=9)] = _either("K", "k")
-    P: Annotated[list[float], Field(min_length=12, max_length=12)] = _either("P", "p")
-    D: list[float] = _either("D", "d")
-
-
-_Model = TypeVar("_Model", bound=_Message)
+@contextmanager
+def _reading(topic: str) -> Iterator[None]:
+    """One error for whatever is wrong with the form of a message."""
+    try:
+        yield
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError, cv2.error) as error:
+        raise InputError(
+            f"{topic}: its message is not one of sensor_msgs of ROS 1 or ROS 2, or was cut ({type(error).__name__}: "
+            f"{str(error)[:200]}). Is this the right topic?"
+        ) from error
 
 
 def read_image(topic: str, message: Any) -> RosImage:
     """A sensor_msgs/Image or CompressedImage. Raises InputError for another message, an encoding that is not known, and
     sizes that do not fit the data.
     """
-    if isinstance(message, dict) and "format" in message and "encoding" not in message:
-        return _decompressed(topic, _parsed(_CompressedImage, topic, message))
-    image = _parsed(_Image, topic, message)
-    height, width, step = image.height, image.width, image.step
-    if image.encoding not in _PIXELS:
-        raise InputError(
-            f"{topic} has the encoding {image.encoding[:40]!r}; known are {', '.join(_PIXELS)}. Set the driver to one "
-            "of these, or give the topic of a converted picture."
-        )
-    kind, channels = _PIXELS[image.encoding]
-    type_ = np.dtype(kind).newbyteorder(">" if image.is_bigendian else "<")
-    row = width * channels * type_.itemsize
-    if step < row or len(image.data) != step * height:
-        raise InputError(
-            f"{topic}: {width}x{height} pixels of {image.encoding} in rows of {step} bytes do not fit the "
-            f"{len(image.data)} bytes of its data. Was the message cut?"
-        )
-    rows = np.frombuffer(image.data, np.uint8).reshape(height, step)[:, :row]  # rows may be padded
-    pixels = np.ascontiguousarray(rows).view(type_).astype(type_.newbyteorder("="))
-    shape = (height, width, channels) if channels > 1 else (height, width)
-    return image.shown(topic, image.encoding, pixels.reshape(shape))
+    with _reading(topic):
+        data = base64.b64decode(message["data"], validate=True)
+        stamp_s, frame_id = stamp_of(message) or 0.0, str(message["header"]["frame_id"]).lstrip("/")
+        if "format" in message and "encoding" not in message:
+            return RosImage(topic, *_decompressed(topic, message["format"], data), stamp_s, frame_id)
+        encoding = message["encoding"]
+        if encoding not in _PIXELS:
+            raise InputError(
+                f"{topic} has the encoding {str(encoding)[:40]!r}; known are {', '.join(_PIXELS)}. Set the driver to "
+                "one of these, or give the topic of a converted picture."
+            )
+        kind, channels = _PIXELS[encoding]
+        type_ = np.dtype(kind).newbyteorder(">" if message["is_bigendian"] else "<")
+        height, width, step = (int(message[k]) for k in ("height", "width", "step"))
+        # Rows may be padded.
+        rows = np.frombuffer(data, np.uint8).reshape(height, step)[:, : width * channels * type_.itemsize]
+        shape = (height, width, channels) if channels > 1 else (height, width)
+        pixels = np.ascontiguousarray(rows).view(type_).astype(type_.newbyteorder("=")).reshape(shape)
+        return RosImage(topic, encoding, pixels, stamp_s, frame_id)
 
 
 def read_lens(topic: str, message: Any, rectified: bool) -> RosLens:
@@ -168,61 +121,56 @@ def read_lens(topic: str, message: Any, rectified: bool) -> RosLens:
 
     Raises InputError for another message, a camera without calibration, and a lens that is not known.
     """
-    info = _parsed(_CameraInfo, topic, message)
-    K = np.reshape(info.P, (3, 4))[:, :3] if rectified else np.reshape(info.K, (3, 3))
+    with _reading(topic):
+        width, height, model = int(message["width"]), int(message["height"]), message["distortion_model"]
+        P, K, D = (_numbers(message, name) for name in "PKD")
+        K = P.reshape(3, 4)[:, :3] if rectified else K.reshape(3, 3)
     if K[0, 0] <= 0 or K[1, 1] <= 0:
         raise InputError(f"{topic}: its intrinsics are 0: the camera is not calibrated. Calibrate it in ROS.")
-    if rectified or not any(info.D):
-        return RosLens(info.width, info.height, K, None)
-    if info.distortion_model not in _MODELS or len(info.D) > 8:
+    if rectified or not D.any():
+        return RosLens(width, height, K, None)
+    if model not in _MODELS or len(D) > 8:
         raise InputError(
-            f"{topic}: the distortion model {info.distortion_model!r} is not known. Rectify the pictures in ROS "
-            "(image_proc), give their topics, and set --camera.rectified true."
+            f"{topic}: the distortion model {model!r} is not known. Rectify the pictures in ROS (image_proc), give "
+            "their topics, and set --camera.rectified true."
         )
     # ROS has OpenCV's order.
-    return RosLens(info.width, info.height, K, pinhole_map(K, (info.height, info.width), np.array(info.D)))
+    return RosLens(width, height, K, pinhole_map(K, (height, width), D))
 
 
-def _decompressed(topic: str, message: _CompressedImage) -> RosImage:
-    """A CompressedImage of image_transport: JPEG or PNG, or a depth picture as PNG behind a header."""
-    form = message.format
+def _numbers(message: Any, name: str) -> Float[np.ndarray, "n"]:
+    """A field of CameraInfo: upper case in ROS 1, lower case in ROS 2."""
+    numbers = np.array(message[name if name in message else name.lower()], dtype=float).ravel()
+    if not np.isfinite(numbers).all():
+        raise ValueError(f"{name} has {numbers.tolist()}")
+    return numbers
+
+
+def _decompressed(topic: str, form: str, data: bytes) -> tuple[str, np.ndarray]:
+    """Encoding and pixels of image_transport's JPEG or PNG, or of a depth picture as PNG behind a header."""
     if "compressedDepth" not in form:
         # OpenCV decodes to blue first, whatever the encoding was.
-        return message.shown(topic, "bgr8", _decoded(topic, message.data, cv2.IMREAD_COLOR))
+        return "bgr8", _decoded(data, cv2.IMREAD_COLOR)
     encoding = form.partition(";")[0].strip()
     if "rvl" in form or encoding not in ("16UC1", "32FC1"):
         raise InputError(
             f"{topic} is compressed as {form[:60]!r}; torc reads 16UC1 and 32FC1 as png. Set compressedDepth/format to "
             "png, or give the topic of the plain picture."
         )
-    counts = _decoded(topic, message.data[_DEPTH_HEADER.size :], cv2.IMREAD_UNCHANGED)
+    counts = _decoded(data[_DEPTH_HEADER.size :], cv2.IMREAD_UNCHANGED)
     if counts.dtype != np.uint16 or counts.ndim != 2:
-        raise InputError(f"{topic}: compressed depth is a grey picture of 16 bits, not {counts.dtype}.")
+        raise ValueError(f"compressed depth is a grey picture of 16 bits, not {counts.dtype}")
     if encoding == "16UC1":
-        return message.shown(topic, encoding, counts)
+        return encoding, counts
     # Metres are kept as inverse depth: counts = a / depth + b.
-    _, a, b = _DEPTH_HEADER.unpack_from(message.data)
+    _, a, b = _DEPTH_HEADER.unpack_from(data)
     with np.errstate(divide="ignore"):
         depth_m = np.where(counts > 0, a / (counts.astype(np.float32) - np.float32(b)), np.float32(np.nan))
-    return message.shown(topic, encoding, depth_m.astype(np.float32))
+    return encoding, depth_m.astype(np.float32)
 
 
-def _decoded(topic: str, data: bytes, how: int) -> np.ndarray:
-    try:
-        found = cv2.imdecode(np.frombuffer(data, np.uint8), how)
-    except cv2.error:
-        found = None
-    if found is None or max(found.shape[:2]) > _MOST_SIDE_PX:
-        raise InputError(f"{topic}: its data are not a picture as JPEG or PNG. Was the message cut?")
+def _decoded(data: bytes, how: int) -> np.ndarray:
+    found = cv2.imdecode(np.frombuffer(data, np.uint8), how)
+    if found is None:
+        raise ValueError("the data are not a picture as JPEG or PNG")
     return np.asarray(found)
-
-
-def _parsed(model: type[_Model], topic: str, message: Any) -> _Model:
-    try:
-        return model.model_validate(message)
-    except ValidationError as error:
-        kind = model.__name__.lstrip("_")
-        raise InputError(
-            f"{topic}: its message is not a sensor_msgs/{kind} of ROS 1 or ROS 2:\n{explain_faults(error)}\nIs this "
-            "the right topic?"
-        ) from None

@@ -18,7 +18,6 @@ from torc.workspace.description import Workspace
 from torc_lab.cameras.base import RealCamera
 from torc_lab.cameras.lens import pinhole_matrix
 
-RESOLUTIONS = ("HD2K", "HD1200", "HD1080", "HD720", "SVGA", "VGA")
 _HOW = "the ZED SDK from https://www.stereolabs.com/developers/release, then its get_python_api.py in this environment"
 
 
@@ -29,7 +28,7 @@ class ZedConfig:
     Attributes:
         serial: which one, if several are connected.
         file: a recording (.svo, .svo2) in place of a device.
-        resolution: a name of sl.RESOLUTION.
+        resolution: a name of sl.RESOLUTION: HD2K, HD1200, HD1080, HD720, SVGA, VGA.
         depth_mode: a name of sl.DEPTH_MODE, such as NEURAL, NEURAL_PLUS, ULTRA, PERFORMANCE.
         min_depth_m: nearer there is no reading.
         pair: both grey pictures too, for another depth stage.
@@ -45,10 +44,6 @@ class ZedConfig:
     pair: bool = False
     warm_up: int = 15
     pose: str | tuple[float, ...] = "level"
-
-    def __post_init__(self) -> None:
-        if self.resolution not in RESOLUTIONS:
-            raise InputError(f"ZedConfig.resolution is '{self.resolution}': choose {', '.join(RESOLUTIONS)}.")
 
 
 def zed_library() -> Any:
@@ -100,8 +95,8 @@ class ZedCamera(RealCamera):
         left = lenses.left_cam
         return Observation(
             rgb=np.ascontiguousarray(bgra.get_data()[..., 2::-1]),
-            # Not a number: hidden from one camera; infinite: too near or too far. All are no readings.
-            depth_m=np.nan_to_num(np.array(depth.get_data(), np.float32), nan=0.0, posinf=0.0, neginf=0.0),
+            # Not a number: hidden from one camera; infinite: too near or too far.
+            depth_m=np.array(depth.get_data(), np.float32),
             K=pinhole_matrix(left.fx, left.fy, left.cx, left.cy),
             T_world_camera=np.eye(4),
             qpos=np.zeros(0),
@@ -113,14 +108,13 @@ class ZedCamera(RealCamera):
         c = self.config
         sl = self._sl = zed_library()
         wanted = sl.InitParameters()
-        for name, values, chosen in (
-            ("camera_resolution", sl.RESOLUTION, c.resolution),
-            ("depth_mode", sl.DEPTH_MODE, c.depth_mode),
-        ):
-            value = getattr(values, chosen, None)
-            if value is None:
-                raise InputError(f"This version of the ZED SDK has no {name} '{chosen}'.")
-            setattr(wanted, name, value)
+        try:
+            wanted.camera_resolution = getattr(sl.RESOLUTION, c.resolution)
+            wanted.depth_mode = getattr(sl.DEPTH_MODE, c.depth_mode)
+        except AttributeError:
+            raise InputError(
+                f"This version of the ZED SDK has no resolution '{c.resolution}', or no depth_mode '{c.depth_mode}'."
+            ) from None
         wanted.coordinate_units = sl.UNIT.METER
         wanted.coordinate_system = sl.COORDINATE_SYSTEM.IMAGE  # x right, y down, z forward
         wanted.depth_minimum_distance = c.min_depth_m
@@ -142,10 +136,8 @@ class ZedCamera(RealCamera):
     def _grab(self) -> None:
         found = self._device.grab(self._sl.RuntimeParameters())
         if found != self._sl.ERROR_CODE.SUCCESS:
-            ended = (
-                "the recording is at its end, or damaged" if self.config.file else "is it still connected?"
-            )
-            raise CameraError(f"ZED: no picture: {found}; {ended}")
+            gone = "the recording is at its end, or damaged" if self.config.file else "is it still connected?"
+            raise CameraError(f"ZED: no picture: {found}; {gone}")
 
     def _pair(self, baseline_m: float) -> StereoPair:
         pictures = []

@@ -31,7 +31,7 @@ class Arrivals:
         """The newest message and its stamp, by this machine's monotonic clock, after one more; the same one may be
         taken again. A message without a time of its own counts as new.
         """
-        told_s = _stamp_of(message)
+        told_s = stamp_of(message)
         if told_s is None:
             self._message, self._told_s, self._stamp_s = message, None, came_s
         elif self._told_s is None or told_s > self._told_s:
@@ -41,7 +41,7 @@ class Arrivals:
         return self._message, self._stamp_s
 
 
-def _stamp_of(message: Any) -> float | None:
+def stamp_of(message: Any) -> float | None:
     """The time in a message's header, seconds; None if there is none, or zero."""
     try:
         stamp = message["header"]["stamp"]
