@@ -11,8 +11,7 @@ from lab_helpers.behind_twins import ObedientArm
 from test_supervisor import QUICK, motion, supervised
 from torc_lab.protocols import LabError
 from torc_lab.ros.arm import RosArm, RosArmConfig
-from torc_lab.ros.joint_states import Arrivals
-from torc_lab.ros.messages import duration
+from torc_lab.ros.messages import Arrivals, duration
 from torc_lab.simple_message.arm import MotomanArm, MotomanConfig
 from torc_lab.simple_message.messages import Comm, Command, Frame, Kind, MotionReply, Result
 from torc_lab.twin.motoman import MotomanTwin

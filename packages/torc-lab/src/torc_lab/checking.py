@@ -23,12 +23,18 @@ from torc_lab.devices import (
     is_ready,
     limits,
 )
-from torc_lab.driver_rules import state_faults
 from torc_lab.finding import Finding
 from torc_lab.identity import check_standing
 from torc_lab.lab_file import Lab
 from torc_lab.person import Ask
-from torc_lab.protocols import ArmDriver, GripperDriver, LabError, NeedsActivation, PowersServos
+from torc_lab.protocols import (
+    ArmDriver,
+    GripperDriver,
+    LabError,
+    NeedsActivation,
+    PowersServos,
+    state_faults,
+)
 from torc_lab.robotiq.gripper import RobotiqGripper
 from torc_lab.supervisor import SupervisorConfig
 

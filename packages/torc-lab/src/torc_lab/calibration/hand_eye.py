@@ -6,7 +6,7 @@ little: an arm that is off shifts everything. What counts is the error at poses 
 the board.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import date
 from typing import Any
@@ -110,15 +110,12 @@ def solve_hand_eye(
             f"The board's squares seem to be {1e3 * board.square_m * fit.scale:.2f} mm wide, not "
             f"{1e3 * board.square_m:.2f} mm. Measure them: printers scale. Then say so."
         )
-    errors = np.zeros(len(views))
-    for k, poses in _left_out(placed, mounting, fit):
-        errors[k] = error_at(views[k], poses, board, K, mounting)
     poses = fit.T_camera, fit.T_board
     off = [
         reprojection_errors_px(v, board_by(v.T_base_flange, poses, mounting), board, K).ravel() for v in views
     ]
     rms_px = float(np.sqrt(2 * np.mean(np.concatenate(off) ** 2)))
-    return HandEye(mounting, *poses, errors, fit.noise, fit.scale, rms_px)
+    return _judged(placed, mounting, fit, lambda k, T: error_at(views[k], T, board, K, mounting), rms_px)
 
 
 def solve_samples(samples: Sequence[PoseView], mounting: Mounting) -> HandEye:
@@ -127,12 +124,12 @@ def solve_samples(samples: Sequence[PoseView], mounting: Mounting) -> HandEye:
     Raises LabError for samples that say too little.
     """
     check_views([s.T_base_flange for s in samples])
-    fit = fit_poses(samples, mounting)
-    errors = np.zeros(len(samples))
-    for k, poses in _left_out(samples, mounting, fit):
-        there = board_by(samples[k].T_base_flange, poses, mounting)[:3, 3]
-        errors[k] = np.linalg.norm(there - samples[k].T_camera_board[:3, 3])
-    return HandEye(mounting, fit.T_camera, fit.T_board, errors, fit.noise, fit.scale)
+
+    def error_m(k: int, poses: tuple[Pose, Pose]) -> float:
+        off = board_by(samples[k].T_base_flange, poses, mounting) - samples[k].T_camera_board
+        return float(np.linalg.norm(off[:3, 3]))
+
+    return _judged(samples, mounting, fit_poses(samples, mounting), error_m)
 
 
 def check_views(flanges: Sequence[Pose]) -> None:
@@ -171,12 +168,17 @@ def board_by(T_base_flange: Pose, poses: tuple[Pose, Pose], mounting: Mounting) 
     return np.asarray(invert(T_base_flange @ T_camera) @ T_board)
 
 
-def _left_out(
-    views: Sequence[PoseView], mounting: Mounting, fit: PoseFit
-) -> list[tuple[int, tuple[Pose, Pose]]]:
-    """For each view, both transforms as solved without it."""
-    found = []
-    for fold in range(min(_FOLDS, len(views))):
+def _judged(
+    views: Sequence[PoseView],
+    mounting: Mounting,
+    fit: PoseFit,
+    error_m: Callable[[int, tuple[Pose, Pose]], float],
+    rms_px: float | None = None,
+) -> HandEye:
+    """The calibration, with each view's error by both transforms as solved without it."""
+    errors = np.zeros(len(views))
+    for fold in range(_FOLDS):
         poses = refit([v for k, v in enumerate(views) if k % _FOLDS != fold], mounting, fit)
-        found += [(k, poses) for k in range(len(views)) if k % _FOLDS == fold]
-    return found
+        for k in range(fold, len(views), _FOLDS):
+            errors[k] = error_m(k, poses)
+    return HandEye(mounting, fit.T_camera, fit.T_board, errors, fit.noise, fit.scale, rms_px)

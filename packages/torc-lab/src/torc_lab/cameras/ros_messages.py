@@ -13,7 +13,7 @@ from jaxtyping import Float, Float32, UInt8
 
 from torc import InputError
 from torc_lab.cameras.lens import PinholeMap, pinhole_map
-from torc_lab.ros.joint_states import stamp_of
+from torc_lab.ros.messages import stamp_of
 
 _PIXELS: Mapping[str, tuple[str, int]] = {
     "rgb8": ("u1", 3),

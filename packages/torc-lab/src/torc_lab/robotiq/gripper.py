@@ -2,7 +2,7 @@
 
 import threading
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -28,7 +28,11 @@ somebody who commands it beside torc is noticed.
 
 @dataclass(frozen=True)
 class WidthScale:
-    """Which positions (0 to 255) the fingers really reach; `calibrate` measures them. The width is linear between."""
+    """Which positions (0 to 255) the fingers really reach; `calibrate` measures them. The width is linear between.
+
+    Attributes:
+        max_width_m: .085 for a 2F-85, .140 for a 2F-140.
+    """
 
     open_count: int = 3
     closed_count: int = 230
@@ -57,38 +61,28 @@ class WidthScale:
 
 
 @dataclass(frozen=True)
-class RobotiqConfig:
-    """Where the gripper is, and how wide it opens.
+class RobotiqConfig(WidthScale):
+    """Where the gripper is, and how wide it opens; `torc lab check --move` measures its counts.
 
     Attributes:
         address: a serial port ("/dev/ttyUSB0"), or "host" or "host:port".
         device: its number on the Modbus line.
         timeout_s: for one answer.
-        open_count, closed_count: positions that the fingers really reach; `torc lab check --move` measures them.
-        max_width_m: .085 for a 2F-85, .140 for a 2F-140.
     """
 
-    address: str
+    address: str = field(kw_only=True)
     device: int = DEVICE
     timeout_s: float = 0.5
-    open_count: int = 3
-    closed_count: int = 230
-    max_width_m: float = 0.085
-
-    @property
-    def scale(self) -> WidthScale:
-        """Positions and widths. Raises InputError."""
-        return WidthScale(self.open_count, self.closed_count, self.max_width_m)
 
 
 def over_modbus(config: RobotiqConfig) -> "RobotiqGripper":
     """A gripper on a serial line or Modbus TCP. Raises LabError, MissingDependencyError."""
-    return RobotiqGripper(ModbusWire(config.address, config.device, config.timeout_s), config.scale)
+    return RobotiqGripper(ModbusWire(config.address, config.device, config.timeout_s), config)
 
 
 def over_urcap(config: RobotiqConfig) -> "RobotiqGripper":
     """A gripper behind a UR controller's URCap. Raises LabError."""
-    return RobotiqGripper(UrcapWire(config.address, config.timeout_s), config.scale)
+    return RobotiqGripper(UrcapWire(config.address, config.timeout_s), config)
 
 
 class RobotiqGripper:

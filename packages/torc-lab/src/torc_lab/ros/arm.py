@@ -15,10 +15,10 @@ from torc.records import Trajectory
 from torc_lab.checks import thinned
 from torc_lab.exclusive import ControllerLock
 from torc_lab.protocols import ArmStatus, LabError
-from torc_lab.ros.joint_states import JointStates
 from torc_lab.ros.messages import (
     ACTION_TYPES,
     JOINT_STATE_TYPES,
+    JointStates,
     RosVersion,
     goal_message,
     is_moving,

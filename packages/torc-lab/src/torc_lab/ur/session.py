@@ -18,7 +18,7 @@ import threading
 import time
 from typing import Any
 
-VARIABLES = (
+VARIABLES = [
     "timestamp",
     "actual_q",
     "actual_qd",
@@ -30,7 +30,7 @@ VARIABLES = (
     "safety_status_bits",
     "speed_scaling",
     "target_speed_fraction",
-)
+]
 _SILENT_S = {True: 0.5, False: 3.0}
 """Whoever hears nothing for so long ends, by whether a motion is under way; the supervisor has stopped it before."""
 _BLIND_S = 0.1
@@ -51,7 +51,7 @@ class Session:
 
         self.host, self.rate_hz, self.lookahead_s, self.gain = host, rate_hz, lookahead_s, gain
         self._out, self._out_lock = out, threading.Lock()
-        self._receive = RTDEReceiveInterface(host, rate_hz, list(VARIABLES))
+        self._receive = RTDEReceiveInterface(host, rate_hz, VARIABLES)
         self._control: Any = None
         self._cancelled = threading.Event()
         self._mover = threading.Thread()
