@@ -213,8 +213,6 @@ def test_silence_and_absence_are_told_and_the_next_snapshot_connects_anew():
 
 
 def test_settings_are_checked():
-    with pytest.raises(InputError, match="two of them are the same"):
-        RosConfig(color="/c", depth="/c")
     with pytest.raises(InputError, match="above 0"):
         RosConfig(timeout_s=0)
 

@@ -81,7 +81,7 @@ class PoseFit:
 
 def fit_poses(views: Sequence[PoseView], mounting: Mounting) -> PoseFit:
     """Both transforms and the arm's noise, by the largest likelihood."""
-    stack = _Stack.of(views, mounting)
+    stack = _Stack(views, mounting)
     first = park([(v.T_base_flange, v.T_camera_board) for v in views], mounting == "hand")
     numbers, sigmas = _alternate(stack, _numbers(first), np.log([1e-3, 1e-3]))
     with_scale, _ = _alternate(stack, np.append(numbers, 0.0), sigmas)
@@ -96,7 +96,7 @@ def refit(views: Sequence[PoseView], mounting: Mounting, begin: PoseFit) -> tupl
     """Both transforms by some of the views, the arm's noise being known."""
     numbers = _numbers((begin.T_camera, begin.T_board))
     sigmas = np.log([begin.noise.axis_rad / _GAUSSIAN, begin.noise.axis_m / _GAUSSIAN])
-    return _transforms(_reweighted(_Stack.of(views, mounting), numbers, sigmas, _ROUNDS))
+    return _transforms(_reweighted(_Stack(views, mounting), numbers, sigmas, _ROUNDS))
 
 
 def park(pairs: Sequence[tuple[Pose, Pose]], on_hand: bool) -> tuple[Pose, Pose]:
@@ -141,23 +141,14 @@ def _numbers(poses: tuple[Pose, Pose]) -> Float[np.ndarray, "12"]:
     return np.concatenate([[*Rotation.from_matrix(T[:3, :3]).as_rotvec(), *T[:3, 3]] for T in poses])
 
 
-@dataclass(frozen=True)
 class _Stack:
     """All views as arrays."""
 
-    flanges_inverse: Float[np.ndarray, "v 4 4"]
-    seen: Float[np.ndarray, "v 4 4"]
-    covariances: Float[np.ndarray, "v 6 6"]
-    mounting: Mounting
-
-    @classmethod
-    def of(cls, views: Sequence[PoseView], mounting: Mounting) -> "_Stack":
-        return cls(
-            np.stack([invert(v.T_base_flange) for v in views]),
-            np.stack([v.T_camera_board for v in views]),
-            np.stack([v.covariance for v in views]),
-            mounting,
-        )
+    def __init__(self, views: Sequence[PoseView], mounting: Mounting) -> None:
+        self.flanges_inverse = invert(np.stack([v.T_base_flange for v in views]))
+        self.seen = np.stack([v.T_camera_board for v in views])
+        self.covariances = np.stack([v.covariance for v in views])
+        self.mounting = mounting
 
     def errors(self, numbers: np.ndarray) -> Float[np.ndarray, "v 6"]:
         """Of the flange per view, turn and shift in its own frame."""

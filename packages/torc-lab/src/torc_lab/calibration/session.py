@@ -4,13 +4,12 @@ camera before each other once, and torc moves the arm from pose to pose.
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from typing import Protocol
 
 import cv2
 import numpy as np
 from jaxtyping import Float
 
-from torc import InputError, Observation
+from torc import InputError
 from torc.motion.space import FreeSpace
 from torc.robots.description import ArmDescription
 from torc.robots.kinematics import tool0_poses
@@ -28,6 +27,7 @@ from torc_lab.calibration.proposals import (
     small_turns,
     tour,
 )
+from torc_lab.cameras.base import RealCamera
 from torc_lab.cameras.poses import LEVEL, read_pose
 from torc_lab.devices import limits, planned_for
 from torc_lab.empty_table import empty_space, motion_above, trusting
@@ -65,13 +65,6 @@ _HIGHER: dict[Mounting, str] = {
 }
 
 
-class Photographer(Protocol):
-    """A camera, as all of torc.cameras."""
-
-    def unplaced(self) -> Observation:
-        """One snapshot in the camera's own frame."""
-
-
 @dataclass
 class Session:
     """Who and what takes part, and the pictures of the board so far.
@@ -86,7 +79,7 @@ class Session:
         size: width and height of a picture, pixels.
     """
 
-    camera: Photographer
+    camera: RealCamera
     qpos: Callable[[], Float[np.ndarray, "dof"]]
     arm: ArmDescription
     board: Board

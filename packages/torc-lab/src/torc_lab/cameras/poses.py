@@ -114,21 +114,12 @@ def _check_frames(path: Path, content: Mapping[Any, Any]) -> None:
     about = about if isinstance(about, dict) else content
     kind = about.get("calibration_type", about.get("eye_on_hand"))
     tracking, base = (str(about.get(f"{name}_base_frame", "")) for name in ("tracking", "robot"))
-    if kind not in ("eye_on_base", False):
-        raise InputError(
-            f"{path}: camera.pose needs a fixed camera (eye_on_hand: false, or calibration_type: eye_on_base). This "
-            f"file says {kind}, so that the camera is on the hand, or nobody knows where. Calibrate a fixed one, or "
-            "use --camera.pose level."
-        )
-    if "optical" not in tracking:
-        raise InputError(
-            f"{path}: tracking_base_frame is '{tracking}'. It must be the camera's optical frame (z forward, x right, "
-            "y down), e.g. camera_color_optical_frame. Calibrate again with that frame."
-        )
-    if base.strip("/") != "world":
-        raise InputError(
-            f"{path}: the pose is relative to robot_base_frame '{base}', and camera.pose is relative to the "
-            "workspace's world frame. If both are the same frame (`torc lab check` prints where the base stands), "
-            "write robot_base_frame: world in the file; else calibrate again with the world frame, or give "
-            "T_world_camera."
-        )
+    if kind in ("eye_on_base", False) and "optical" in tracking and base.strip("/") == "world":
+        return
+    raise InputError(
+        f"{path}: camera.pose needs a camera that is fixed, not on the hand (eye_on_hand: false, or calibration_type: "
+        "eye_on_base), its optical frame (z forward, x right, y down) as tracking_base_frame, and the workspace's "
+        f"world frame as robot_base_frame. The file says {kind}, tracking_base_frame '{tracking}' and robot_base_frame "
+        f"'{base}'. If that is the world frame by another name (`torc lab check` prints where the base stands), write "
+        "robot_base_frame: world in the file; else calibrate again, or use --camera.pose level."
+    )

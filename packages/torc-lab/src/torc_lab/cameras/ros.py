@@ -54,8 +54,6 @@ class RosConfig:
     def __post_init__(self) -> None:
         if not (self.max_lag_s >= 0 and self.timeout_s > 0):
             raise InputError("RosConfig: timeout_s must be above 0, max_lag_s at least 0.")
-        if len({self.color, self.depth, self.info}) < 3:
-            raise InputError("RosConfig: color, depth and info are three topics; two of them are the same.")
 
 
 class RosCamera(RealCamera):

@@ -87,7 +87,7 @@ class Rectifier:
     def __init__(self, path: Path, resolution: str) -> None:
         """Raises InputError as `read_calibration`."""
         (K_left, lens_left), (K_right, lens_right), R, t_m = read_calibration(path, resolution)
-        size = self._size = SIZES[resolution]
+        size = SIZES[resolution]
         R_left, R_right, P_left, P_right, *_ = cv2.stereoRectify(
             *(K_left, lens_left, K_right, lens_right, size, R, t_m[:, None]),
             flags=cv2.CALIB_ZERO_DISPARITY,
@@ -104,12 +104,7 @@ class Rectifier:
     def rectify(
         self, left: UInt8[np.ndarray, "h w *c"], right: UInt8[np.ndarray, "h w *c"]
     ) -> tuple[UInt8[np.ndarray, "h w *c"], UInt8[np.ndarray, "h w *c"]]:
-        """Both pictures, rectified. Raises InputError for pictures of another size than the calibration's."""
-        width, height = self._size
-        if left.shape[:2] != (height, width):
-            raise InputError(
-                f"The calibration is of pictures of {width}x{height} pixels, not {left.shape[1]}x{left.shape[0]}."
-            )
+        """Both pictures, of the calibration's size, rectified."""
         found = [cv2.remap(p, *maps, cv2.INTER_LINEAR) for p, maps in zip((left, right), self._maps)]
         return np.asarray(found[0], np.uint8), np.asarray(found[1], np.uint8)
 

@@ -52,8 +52,6 @@ class ZedUvcConfig:
     def __post_init__(self) -> None:
         if self.resolution not in SIZES:
             raise InputError(f"ZedUvcConfig.resolution is '{self.resolution}': choose {', '.join(SIZES)}.")
-        if self.warm_up < 0:
-            raise InputError("ZedUvcConfig.warm_up must be at least 0.")
 
     @property
     def live(self) -> bool:
@@ -122,10 +120,10 @@ class ZedUvcCamera(RealCamera):
         """The left and the right picture, blue first."""
         good, picture = self._device.read()
         if not good or picture is None:
-            ended = (
+            gone = (
                 "Is it still connected, to a USB 3 port?" if self.config.live else "The film is at its end."
             )
-            raise CameraError(f"{self.what}: device {self.config.device} gave no picture. {ended}")
+            raise CameraError(f"{self.what}: device {self.config.device} gave no picture. {gone}")
         width, height = SIZES[self.config.resolution]
         if picture.shape != (height, 2 * width, 3):
             raise CameraError(

@@ -26,7 +26,7 @@ from torc_lab.ros.messages import (
     robot_status_fault,
     ur_safety_fault,
 )
-from torc_lab.rosbridge.client import Latest, Rosbridge
+from torc_lab.rosbridge.client import Rosbridge
 
 StatusKind = Literal["industrial", "ur", "none"]
 _STATUS_TYPES = {
@@ -117,11 +117,11 @@ class RosArm:
 
     def status(self) -> ArmStatus:
         """The latest, as old as the oldest of the joints' states and the status. Raises LabError."""
-        self._latest(self.config.joint_states)
+        self._bridge.latest(self.config.joint_states)  # raises if the connection is lost
         qpos, stamp_s = self._joints.of(self.config.joint_names)
         stopped, moving = "", None
         if self.config.status_topic:
-            told = self._latest(self.config.status_topic)
+            told = self._bridge.latest(self.config.status_topic)
             # UR tells its safety mode only when it changes.
             stamp_s = min(stamp_s, told.stamp_s) if self.config.status == "industrial" else stamp_s
             stopped, moving = _FAULTS[self.config.status](told.message), is_moving(told.message)
@@ -248,12 +248,6 @@ class RosArm:
             self._bridge.cancel_goal(self.config.action, self._goal)
         elif self._goal:
             self._bridge.publish(f"{self.config.action}/cancel", {"stamp": _NOW, "id": self._goal})
-
-    def _latest(self, topic: str) -> Latest:
-        latest = self._bridge.latest(topic)
-        if not latest.count:
-            raise LabError(f"{self.name}: nothing came on {topic}.")
-        return latest
 
     def _call_stop_service(self) -> None:
         with suppress(LabError):

@@ -52,7 +52,7 @@ class FrankaHand:
     def __init__(self, config: FrankaHandConfig) -> None:
         """Connects and waits for the fingers' positions. Raises LabError, MissingDependencyError."""
         self.config, self.name = config, f"the hand {config.name} at {config.url}"
-        self._closed = False
+        self.max_width_m, self._topic, self._closed = config.max_width_m, f"{config.name}/joint_states", False
         self._bridge = Rosbridge(config.url, config.timeout_s)
         try:
             self._bridge.subscribe(self._topic, JOINT_STATE_TYPES[2])
@@ -61,11 +61,6 @@ class FrankaHand:
         except LabError as error:
             self._bridge.close()
             raise LabError(f"{self.name} does not tell its state: {error}") from error
-
-    @property
-    def max_width_m(self) -> float:
-        """Largest opening between the pads."""
-        return self.config.max_width_m
 
     @property
     def state(self) -> GripperState:
@@ -101,10 +96,6 @@ class FrankaHand:
     def disconnect(self) -> None:
         """Ends the connection; the fingers keep their grip."""
         self._bridge.close()
-
-    @property
-    def _topic(self) -> str:
-        return f"{self.config.name}/joint_states"
 
     def _act(self, action: str, kind: str, goal: Mapping[str, Any]) -> None:
         """Returns once the action ended well."""

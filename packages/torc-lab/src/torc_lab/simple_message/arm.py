@@ -23,6 +23,7 @@ from torc_lab.simple_message.messages import (
     ByteOrder,
     Comm,
     Command,
+    Feedback,
     Frame,
     Kind,
     MotionReply,
@@ -244,15 +245,14 @@ class MotomanArm(Link):
                         self._robot = RobotStatus.unpack(frame.body, self._order)
                         self._stamps[0] = time.monotonic()
                     elif frame.kind in (Kind.JOINT_FEEDBACK, Kind.JOINT_FEEDBACK_EX):
-                        self._take_feedback(frame)
+                        for feedback in feedback_of(frame, self._order):
+                            self._take(feedback)
                     self._news.notify_all()
         except Exception as error:  # whatever ends the reader, nobody may go on without it
             self._lose(error)
 
-    def _take_feedback(self, frame: Frame) -> None:
-        for feedback in feedback_of(frame, self._order):
-            if feedback.group == self.group:
-                self._qpos = feedback.qpos[: self.dof]
-                self._stamps[1] = time.monotonic()
-            else:
-                self._others[f"group {feedback.group}"] = float(feedback.qpos[0])
+    def _take(self, feedback: Feedback) -> None:
+        if feedback.group == self.group:
+            self._qpos, self._stamps[1] = feedback.qpos[: self.dof], time.monotonic()
+        else:
+            self._others[f"group {feedback.group}"] = float(feedback.qpos[0])
