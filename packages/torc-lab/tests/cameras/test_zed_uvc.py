@@ -20,8 +20,7 @@ from torc.errors import CameraError, InputError
 from torc.perception.stereo import SgbmDepth
 from torc.testing.camera_conformance import check_camera
 from torc_lab.cameras import zed_uvc
-from torc_lab.cameras.zed_calibration import Rectifier, read_calibration
-from torc_lab.cameras.zed_uvc import ZedUvcCamera, ZedUvcConfig
+from torc_lab.cameras.zed_uvc import Rectifier, ZedUvcCamera, ZedUvcConfig, read_calibration
 
 
 @pytest.fixture(scope="module")

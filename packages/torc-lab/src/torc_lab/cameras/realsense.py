@@ -149,7 +149,6 @@ class RealSenseCamera(RealCamera):
 
     @classmethod
     def check_library(cls) -> None:
-        """Raise MissingDependencyError without pyrealsense2."""
         realsense_library()
 
     @classmethod

@@ -63,7 +63,6 @@ class RosCamera(RealCamera):
 
     @classmethod
     def check_library(cls) -> None:
-        """Raise MissingDependencyError without websockets."""
         if find_spec("websockets") is None:
             raise MissingDependencyError("websockets, for rosbridge,", extra_remedy("ros"))
 

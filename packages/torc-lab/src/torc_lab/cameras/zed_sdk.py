@@ -68,12 +68,10 @@ class ZedCamera(RealCamera):
 
     @classmethod
     def check_library(cls) -> None:
-        """Raise MissingDependencyError without the SDK."""
         zed_library()
 
     @classmethod
     def devices(cls) -> list[str]:
-        """Return the connected devices."""
         found = zed_library().Camera.get_device_list()
         return [f"{d.camera_model}, serial {d.serial_number}" for d in found]
 

@@ -77,7 +77,6 @@ class ModbusWire(Link):
         return status_of(self._accepted(answer).registers)
 
     def close(self) -> None:
-        """Ends the connection."""
         with self._lock:
             self._lose("it was closed")
             self._client.close()
@@ -117,14 +116,10 @@ class UrcapWire(Link):
 
     def send(self, command: GripperCommand) -> None:
         """Sets the variables, position last."""
-        values = {
-            "ACT": int(command.activate),
-            "GTO": int(command.go),
-            "SPE": command.speed,
-            "FOR": command.force,
-            "POS": command.position,
-        }
-        answer = self._ask("SET " + " ".join(f"{name} {value}" for name, value in values.items()))
+        c = command
+        answer = self._ask(
+            f"SET ACT {c.activate:d} GTO {c.go:d} SPE {c.speed} FOR {c.force} POS {c.position}"
+        )
         if answer != "ack":
             raise self._end(f"it answered {answer!r} to a command, not 'ack'")
 
@@ -137,7 +132,6 @@ class UrcapWire(Link):
         return GripperStatus(active, going, v["STA"], Object(v["OBJ"]), v["FLT"], v["PRE"], v["POS"])
 
     def close(self) -> None:
-        """Ends the connection."""
         self._end("it was closed")
 
     def _value(self, name: str) -> int:

@@ -25,7 +25,6 @@ class Channel(Link):
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 
     def close(self) -> None:
-        """Ends the connection."""
         self.lost = self.lost or "it was closed"
         self._socket.close()
 

@@ -141,7 +141,6 @@ class RobotStatus:
     motion_possible: int
 
     def pack(self, order: ByteOrder) -> bytes:
-        """The body."""
         return struct.pack(_SIGN[order] + "7i", *vars(self).values())
 
     @classmethod
@@ -173,7 +172,6 @@ class TrajectoryPoint:
     qvel: Float[np.ndarray, "dof"]
 
     def pack(self, order: ByteOrder) -> bytes:
-        """The body."""
         numbers = [self.time_s, *_padded(self.qpos), *_padded(self.qvel), *_padded([])]
         return struct.pack(_SIGN[order] + "3i31f", self.group, self.sequence, _ALL_FIELDS, *numbers)
 
@@ -237,7 +235,6 @@ class MotionReply:
     subcode: int
 
     def pack(self, order: ByteOrder) -> bytes:
-        """The body."""
         return struct.pack(_SIGN[order] + "5i10f", *vars(self).values(), *_padded([]))
 
     @classmethod

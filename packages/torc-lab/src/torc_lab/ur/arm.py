@@ -183,22 +183,18 @@ class UrArm(Link):
             try:
                 message = json.loads(line)
                 with self._news:
-                    why = self._take(message) or why
+                    if "state" in message:
+                        self._state = tuple(message["state"])
+                    elif "begun" in message:
+                        self._begun = message["begun"]
+                    elif message.get("ended") == self._latest:
+                        self._ended = message["why"]
+                    why = message.get("lost", why)
                     self._news.notify_all()
-            except (ValueError, KeyError, TypeError) as error:
+            except (ValueError, KeyError, TypeError, AttributeError) as error:
                 why = f"its session wrote nonsense: {error}"
                 self._process.kill()
         self._lose(why)
-
-    def _take(self, message: dict[str, Any]) -> str:
-        """Why the connection is lost, if the message says so."""
-        if "state" in message:
-            self._state = tuple(message["state"])
-        elif "begun" in message:
-            self._begun = message["begun"]
-        elif "ended" in message and message["ended"] == self._latest:
-            self._ended = message["why"]
-        return str(message.get("lost", ""))
 
 
 def ur_fault(mode: int, safety: int, slider: float) -> str:

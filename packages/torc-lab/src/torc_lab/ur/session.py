@@ -97,15 +97,10 @@ class Session:
                 self._lose("it fell silent")
             if stamp != before:
                 before, since = stamp, now
-                self.say({"state": [now, *self._state()]})
+                fastest, force = max(map(abs, receive.getActualQd())), receive.getActualTCPForce()[:3]
+                modes = receive.getRobotMode(), receive.getSafetyMode(), receive.getTargetSpeedFraction()
+                self.say({"state": [now, receive.getActualQ(), fastest, force, *modes]})
             time.sleep(0.5 / self.rate_hz)
-
-    def _state(self) -> list[Any]:
-        receive = self._receive
-        fastest = max(map(abs, receive.getActualQd()))
-        force = receive.getActualTCPForce()[:3]
-        modes = receive.getRobotMode(), receive.getSafetyMode()
-        return [receive.getActualQ(), fastest, force, *modes, receive.getTargetSpeedFraction()]
 
     def _lose_if_cut(self) -> None:
         if not self._receive.isConnected():
@@ -134,9 +129,7 @@ class Session:
         deadline = time.monotonic() + _PROGRAM_S
         while not self._control.isProgramRunning():
             if time.monotonic() > deadline:
-                return (
-                    "its program does not start; is the robot in remote control, and are its brakes released?"
-                )
+                return "its program does not start. Is the robot in remote control, are its brakes released?"
             time.sleep(0.01)
         return ""
 
