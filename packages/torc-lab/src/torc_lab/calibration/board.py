@@ -35,8 +35,8 @@ class Board:
         counts = 3 <= self.columns <= 14 and 3 <= self.rows <= 14
         if not (counts and 0.005 <= self.square_m <= 0.2 and 0.4 < self.marker_m / self.square_m < 0.9):
             raise InputError(
-                f"No board: {self}. It has 3 to 14 columns and rows, squares of 5 to 200 mm (give metres), and markers "
-                "of .4 to .9 of a square."
+                f"No board: {self}. It has 3 to 14 columns and rows, squares of 5 to 200 mm, and markers of .4 to .9 "
+                "of a square. Sizes are in metres."
             )
 
     @cached_property
