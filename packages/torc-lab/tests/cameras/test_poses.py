@@ -61,6 +61,7 @@ def test_what_is_no_pose_is_refused(workspace, given, text):
         ("pose.json", "[1]", "holds no camera pose"),
         ("pose.yaml", "position: [1, 2, 3]", r"need position \(3\) and wxyz"),
         ("pose.yaml", "T_world_camera: [[1]]", "4x4 finite numbers"),
+        ("pose.yaml", "{x: 0, y: 0, z: 1, qx: 0, qy: 0, qz: 0, qw: 1}", "holds no camera pose"),
     ],
 )
 def test_files_without_a_pose_are_refused(workspace, tmp_path, name, content, text):

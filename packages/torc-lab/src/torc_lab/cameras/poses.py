@@ -96,8 +96,6 @@ def _pose_of_file(path: Path) -> Pose:
     if path.suffix not in (".yaml", ".yml", ".json", ".calib"):
         raise InputError(f"'{path}' says nothing about where the camera is. {_HOW}")
     data = read_mapping(path, "camera pose", _HOW)
-    if any(isinstance(data.get(name), dict) for name in ("transformation", "transform")):
-        _check_frames(path, data)
     if ON_HAND in data and "T_world_camera" not in data:
         raise InputError(
             f"{path} holds {ON_HAND}, the pose of a camera on the hand in the flange's frame. It moves with the arm, "
@@ -105,6 +103,10 @@ def _pose_of_file(path: Path) -> Pose:
             "`torc lab calibrate --mount fixed`, or use --camera.pose level."
         )
     given = next((data[k] for k in ("T_world_camera", "camera_pose") if k in data), data)
+    if any(isinstance(data.get(name), dict) for name in ("transformation", "transform")):
+        _check_frames(path, data)
+    elif given is data and "position" not in data:  # nor would anybody know in which frame it is
+        raise InputError(f"{path} holds no camera pose. {_HOW}")
     return checked_pose(str(path), given, _HOW)
 
 

@@ -120,6 +120,10 @@ class Rosbridge(Link):
         self._send({"op": "subscribe", "id": wish, "topic": topic, "queue_length": length, **typed})
         return wish
 
+    def unsubscribe(self, topic: str, wish: str) -> None:
+        """Ends a wish of `subscribe`. Raises RosbridgeError if the connection is lost."""
+        self._send({"op": "unsubscribe", "id": wish, "topic": topic})
+
     def latest(self, topic: str) -> Latest:
         """The newest message of a topic that was subscribed to; the message 0 is None, before the first. Never waits.
         Raises RosbridgeError once the connection is lost.
@@ -311,7 +315,7 @@ class Newest:
 
     def __exit__(self, *_: object) -> None:
         if not self._bridge.lost:
-            self._bridge._send({"op": "unsubscribe", "id": self._wish, "topic": self.topic})
+            self._bridge.unsubscribe(self.topic, self._wish)
 
     def message(self) -> Any:
         """The newest one as soon as there is one. Raises RosbridgeError."""
