@@ -124,6 +124,10 @@ def test_pictures_with_a_list_of_poses_calibrate(form, tmp_path, workspace):
     elif form == "json":
         path.write_text(json.dumps({"poses": entries}), encoding="utf-8")
     else:
+        parts = [
+            {"position": T[:3, 3].tolist(), "wxyz": wxyz_from_rotation(T[:3, :3]).tolist()} for T in flanges
+        ]
+        entries = [{"picture": f"{k}.png", **part} for k, part in enumerate(parts)]
         path.write_text(yaml.safe_dump({"poses": entries}), encoding="utf-8")
     numbers = (K[0, 0], K[1, 1], K[0, 2], K[1, 2])
     out = tmp_path / "calibration.yaml"
