@@ -13,8 +13,7 @@ import tyro
 from scipy.spatial.transform import Rotation
 
 from torc.geometry.transforms import Pose, intrinsics, invert, look_at, make_pose, transform_points
-from torc_lab.calibration.board import Board, FoundCorners
-from torc_lab.calibration.board_views import BoardView, pose_views
+from torc_lab.calibration.board import Board, BoardView, FoundCorners, pose_views
 from torc_lab.calibration.noisy_arm import Mounting, PoseView, fit_poses
 
 _K = intrinsics(1280, 720, 0.8)

@@ -13,9 +13,9 @@ from torc.records import Observation, Trajectory
 from torc.robots.ik import solve_ik
 from torc.robots.kinematics import tool0_poses
 from torc_lab.calibration.board import Board
-from torc_lab.calibration.guided import collect_guided
 from torc_lab.calibration.marker import MARKER_M, marker_picture
 from torc_lab.calibration.proposals import Sight, calibration_space
+from torc_lab.calibration.session import Session, collect_guided
 from torc_lab.checks import motion_faults, stretch_for, stretched
 from torc_lab.devices import limits, planned_for
 from torc_lab.empty_table import empty_space
@@ -172,6 +172,12 @@ def calibrated(lab, held, seed, count=20, marker=None, ask=lambda question: True
     T_flange_board, sight = held
     true = jiggled(lab.workspace.camera.T_world_camera, rng, np.deg2rad(2), 0.02)
     camera = Photographer(ErringArm(lab, sight.qpos), true, T_flange_board, rng, marker, **changed)
-    told = []
-    album = collect_guided(lab, camera, camera.arm, BOARD, count, ask, told.append)
-    return album, camera, told
+    return guided(lab, camera, count, ask), camera
+
+
+def guided(lab, camera, count, ask=lambda question: True, mounting="fixed"):
+    """The pictures of a calibration that torc leads."""
+    where = lambda: camera.arm.qpos  # noqa: E731
+    session = Session(camera, where, lab.robot.arm, BOARD, count, ask, lambda text: None, mounting)
+    collect_guided(session, lab, camera.arm)
+    return session

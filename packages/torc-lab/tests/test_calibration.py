@@ -12,11 +12,10 @@ from torc.errors import InputError
 from torc.geometry.transforms import intrinsics, invert, look_at, make_pose
 from torc.records import Observation
 from torc.robots.kinematics import tool0_poses
-from torc_lab.calibration.board import Board, FoundCorners
-from torc_lab.calibration.board_views import BoardView
+from torc_lab.calibration.board import Board, BoardView, FoundCorners
 from torc_lab.calibration.hand_eye import check_views, error_at, solve_hand_eye
 from torc_lab.calibration.printing import write_board
-from torc_lab.calibration.session import calibration_text, collect_views
+from torc_lab.calibration.session import Session, collect_views
 from torc_lab.cameras.poses import read_pose
 from torc_lab.protocols import LabError
 
@@ -183,23 +182,24 @@ class Photographer:
 def test_a_person_calibrates_pose_by_pose(robot, rng, tmp_path, workspace):
     poses = robot.arm.rest_qpos + rng.uniform(-0.2, 0.2, (16, 7)) * [0.3, 0.3, 0.3, 0.3, 1.5, 1.5, 2.5]
     camera, told = Photographer(robot.arm, poses, covered=(2,)), []
-    album = collect_views(camera, camera.qpos, robot.arm, BOARD, 12, camera.brought_on, told.append)
-    views_, found_K = album.views, album.K
+    session = Session(camera, camera.qpos, robot.arm, BOARD, 12, camera.brought_on, told.append)
+    collect_views(session)
+    views_, found_K = session.views, session.K
     assert len(views_) == 12
-    assert album.size == (1280, 720)
-    assert album.markers == []
+    assert session.size == (1280, 720)
+    assert session.markers == []
     assert "The board is not in sight, or too little of it." in told
     found = solve_hand_eye(views_, BOARD, found_K, "fixed")
     assert error_ahead_m(found.T_camera, camera.T_world_camera) < 0.001
     path = tmp_path / "calibration.yaml"
-    path.write_text(calibration_text(found, len(views_)), encoding="utf-8")
+    path.write_text(found.as_yaml(len(views_)), encoding="utf-8")
     np.testing.assert_allclose(read_pose(str(path), workspace), found.T_camera, atol=1e-6)
 
 
 def test_too_few_pictures_are_refused(robot):
     camera = Photographer(robot.arm, robot.arm.rest_qpos + np.zeros((3, 1)))
     with pytest.raises(InputError, match="too few"):
-        collect_views(camera, camera.qpos, robot.arm, BOARD, 12, camera.brought_on, lambda text: None)
+        collect_views(Session(camera, camera.qpos, robot.arm, BOARD, 12, camera.brought_on, print))
 
 
 @pytest.mark.parametrize("suffix", ["pdf", "png"])

@@ -15,6 +15,7 @@ from calibration_rig import (  # noqa: F401
     Photographer,
     calibrated,
     camera_on_hand,
+    guided,
     held,
     lab,
 )
@@ -22,10 +23,8 @@ from tests.helpers.full_geometry import FullGeometry, solid_boxes
 from torc.errors import InputError
 from torc.geometry.transforms import invert
 from torc.robots.kinematics import tool0_poses
-from torc_lab.calibration.guided import collect_guided
 from torc_lab.calibration.hand_eye import check_views, solve_hand_eye
-from torc_lab.calibration.proposals import calibration_space, in_sight, proposed, tour
-from torc_lab.calibration.turns import small_turns
+from torc_lab.calibration.proposals import calibration_space, in_sight, proposed, small_turns, tour
 from torc_lab.checks import motion_faults, stretch_for, stretched
 from torc_lab.devices import limits, planned_for
 from torc_lab.empty_table import motion_above
@@ -91,7 +90,7 @@ def test_twenty_proposed_poses_give_a_millimetre_and_a_half_at_the_table(lab, he
     """The median of some calibrations, the workspace's camera being 2 degrees and 20 mm off."""
     errors = []
     for seed in range(5):
-        album, camera, _ = calibrated(lab, held, seed)
+        album, camera = calibrated(lab, held, seed)
         assert len(album.views) == 20
         assert len(camera.arm.followed) >= 19
         check_views([v.T_base_flange for v in album.views])
@@ -107,7 +106,7 @@ def test_each_motion_is_asked_for_and_a_no_ends_it(lab, held):
         asked.append(question)
         return len(asked) < 9
 
-    album, camera, _ = calibrated(lab, held, 0, ask=few)
+    album, camera = calibrated(lab, held, 0, ask=few)
     assert len(camera.arm.followed) == len(asked) - 2  # the first question, and the last
     assert len(album.views) >= 7
     assert all("Go?" in question for question in asked[1:])
@@ -127,13 +126,13 @@ def test_a_board_that_no_pose_is_found_for_is_told(lab, held):
     true = lab.workspace.camera.T_world_camera
     camera = Photographer(ErringArm(narrow, sight.qpos), true, T_flange_board, rng)
     with pytest.raises(LabError, match="--jog"):
-        collect_guided(narrow, camera, camera.arm, BOARD, 20, lambda question: True, lambda text: None)
+        guided(narrow, camera, 20)
 
 
 def led_by_hand(lab, count, ask=lambda question: True, **changed):
     """The SDA10F cannot reach straight above the board: it looks at a slant."""
     camera = camera_on_hand(lab, np.random.default_rng(0), tilt_deg=40, **changed)
-    return camera, collect_guided(lab, camera, camera.arm, BOARD, count, ask, lambda text: None, "hand")
+    return camera, guided(lab, camera, count, ask, "hand")
 
 
 def test_a_camera_on_the_hand_is_led_around_the_board(lab):

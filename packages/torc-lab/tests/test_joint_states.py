@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from torc_lab.protocols import LabError
-from torc_lab.ros.joint_states import JointStates
+from torc_lab.ros.messages import JointStates
 
 ARM = ("s", "l", "e")
 

@@ -11,8 +11,7 @@ from lab_helpers.behind_twins import ObedientArm
 from test_supervisor import QUICK, motion, supervised
 from torc_lab.protocols import LabError
 from torc_lab.ros.arm import RosArm, RosArmConfig
-from torc_lab.ros.arrivals import Arrivals
-from torc_lab.ros.messages import duration
+from torc_lab.ros.messages import Arrivals, duration
 from torc_lab.simple_message.arm import MotomanArm, MotomanConfig
 from torc_lab.simple_message.messages import Comm, Command, Frame, Kind, MotionReply, Result
 from torc_lab.twin.motoman import MotomanTwin
@@ -202,7 +201,7 @@ def test_ten_thousand_replies_of_simple_message_are_taken_for_their_own_request_
                     arm._command(rng.choice([Command.CHECK_QUEUE_COUNT, Command.STOP_MOTION]))
                 accepted = True
             except LabError:
-                accepted, refused, arm._lost = False, refused + 1, ""
+                accepted, refused, arm.lost = False, refused + 1, ""
             assert len(told) == before + 1
             assert accepted == ((told[-1].sequence, told[-1].command) == asked[-1])
             del told[:-30]

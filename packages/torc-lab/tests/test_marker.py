@@ -18,7 +18,6 @@ from torc_lab.calibration.marker import (
     marker_shift_m,
     placed_marker,
 )
-from torc_lab.calibration.session import calibration_text
 from torc_lab.checking import _drift
 from torc_lab.protocols import LabError
 
@@ -32,12 +31,12 @@ def marker_pose(lab):
 
 
 def test_a_camera_that_was_moved_since_is_noticed_by_the_marker(lab, held, marker_pose, tmp_path):
-    album, camera, _ = calibrated(lab, held, 1, 8, marker_pose)
+    album, camera = calibrated(lab, held, 1, 8, marker_pose)
     assert len(album.markers) >= 4
     found = solve_hand_eye(album.views, BOARD, album.K, "fixed")
     marker = placed_marker(album.markers, album.K, found.T_camera)
     path = tmp_path / "calibration.yaml"
-    path.write_text(calibration_text(found, 8, marker), encoding="utf-8")
+    path.write_text(found.as_yaml(8, marker), encoding="utf-8")
     noted = marker_of_file(path)
     np.testing.assert_allclose(noted.corners, marker.corners, atol=1e-6)
     np.testing.assert_allclose(noted.corners.mean(axis=0), marker_pose[:3, 3], atol=0.02)

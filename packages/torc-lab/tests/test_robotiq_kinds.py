@@ -8,7 +8,7 @@ import pytest
 
 from lab_helpers.behind_twins import TimedFingers
 from torc_lab.protocols import LabError
-from torc_lab.robotiq.gripper import RobotiqConfig, RobotiqGripper, over_urcap
+from torc_lab.robotiq.gripper import RobotiqConfig, RobotiqGripper, WidthScale, over_urcap
 from torc_lab.robotiq.registers import READY, status_of
 from torc_lab.robotiq.wires import ModbusWire
 from torc_lab.twin.robotiq import ModbusTwin, RobotiqTwin, UrcapTwin
@@ -78,11 +78,11 @@ def test_a_gateway_that_knows_holding_registers_alone():
 
 
 def test_the_wide_gripper_has_a_force_range_of_its_own():
-    assert RobotiqConfig("x").force_n == (20.0, 235.0)
-    assert RobotiqConfig("x", max_width_m=0.14).force_n == (10.0, 125.0)
+    assert WidthScale().force_n == (20.0, 235.0)
+    assert WidthScale(max_width_m=0.14).force_n == (10.0, 125.0)
     twin = RobotiqTwin(TimedFingers())
     with UrcapTwin(twin) as there:
-        gripper = over_urcap(RobotiqConfig(there.address, max_width_m=0.14))
+        gripper = over_urcap(RobotiqConfig(address=there.address, max_width_m=0.14))
         gripper.activate()
         for force_n, count in ((10.0, 0), (67.5, 128), (125.0, 255), (300.0, 255)):
             gripper.close(force_n)

@@ -53,7 +53,7 @@ def port(cable, fingers):
 
 
 def test_our_driver_on_a_serial_line(port, fingers):
-    gripper = over_modbus(RobotiqConfig(port))
+    gripper = over_modbus(RobotiqConfig(address=port))
     try:
         assert not gripper.ready
         gripper.activate()

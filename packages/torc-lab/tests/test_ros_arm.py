@@ -14,8 +14,8 @@ from torc.errors import InputError
 from torc_lab.checks import thinned
 from torc_lab.protocols import ArmDriver, LabError
 from torc_lab.ros.arm import RosArm, RosArmConfig
-from torc_lab.ros.joint_states import JointStates
 from torc_lab.ros.messages import (
+    JointStates,
     duration,
     goal_message,
     is_moving,

@@ -11,11 +11,9 @@ from scipy.spatial.transform import Rotation
 from test_calibration import BOARD, T_BASE_CAMERA, T_FLANGE_BOARD, K, error_ahead_m, views
 from torc.errors import InputError
 from torc.geometry.transforms import invert, make_pose, wxyz_from_rotation
-from torc_lab.calibration.board_views import pose_views
+from torc_lab.calibration.board import pose_views
 from torc_lab.calibration.hand_eye import solve_hand_eye, solve_samples
-from torc_lab.calibration.pose_frames import PoseFrame
-from torc_lab.calibration.session import calibration_text
-from torc_lab.calibration.stored import samples_of_easy_handeye, views_of_pictures
+from torc_lab.calibration.stored import PoseFrame, samples_of_easy_handeye, views_of_pictures
 from torc_lab.cameras.poses import read_pose
 from torc_lab.cli.calibration import CalibrateCommand
 from torc_lab.lab_file import example_labs, load_lab
@@ -78,7 +76,7 @@ def test_a_broken_calibration_is_refused(broken, tmp_path, workspace):
 def test_a_camera_on_the_hand_is_no_camera_pose(tmp_path, workspace):
     found = solve_hand_eye(views(np.random.default_rng(0), 8, "hand"), BOARD, K, "hand")
     path = tmp_path / "calibration.yaml"
-    path.write_text(calibration_text(found, 8), encoding="utf-8")
+    path.write_text(found.as_yaml(8), encoding="utf-8")
     assert "T_tool0_camera" in path.read_text()
     with pytest.raises(InputError, match="T_tool0_camera"):
         read_pose(str(path), workspace)
@@ -126,6 +124,10 @@ def test_pictures_with_a_list_of_poses_calibrate(form, tmp_path, workspace):
     elif form == "json":
         path.write_text(json.dumps({"poses": entries}), encoding="utf-8")
     else:
+        parts = [
+            {"position": T[:3, 3].tolist(), "wxyz": wxyz_from_rotation(T[:3, :3]).tolist()} for T in flanges
+        ]
+        entries = [{"picture": f"{k}.png", **part} for k, part in enumerate(parts)]
         path.write_text(yaml.safe_dump({"poses": entries}), encoding="utf-8")
     numbers = (K[0, 0], K[1, 1], K[0, 2], K[1, 2])
     out = tmp_path / "calibration.yaml"
@@ -139,9 +141,9 @@ def test_pictures_with_a_list_of_poses_calibrate(form, tmp_path, workspace):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "lists no picture"),
-        ("x,y\n1,2\n", "no picture is named"),
-        ("picture,x\na.png,1\n", "finite numbers"),
+        ("", "no list of 1 to 1000 entries"),
+        ("x,y\n1,2\n", "needs picture"),
+        ("picture,x\na.png,1\n", "need position"),
     ],
 )
 def test_a_list_that_says_too_little_is_refused(text, message, tmp_path):

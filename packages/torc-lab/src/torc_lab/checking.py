@@ -12,8 +12,7 @@ import numpy as np
 from torc import InputError, TorcError
 from torc.records import as_capture
 from torc.registry.loading import blamed
-from torc_lab.calibration.marker import MOVED_M, marker_shift_m
-from torc_lab.calibration.noted import is_calibrated, marker_of_lab
+from torc_lab.calibration.marker import MOVED_M, is_calibrated, marker_of_lab, marker_shift_m
 from torc_lab.cameras.kinds import open_camera
 from torc_lab.cameras.poses import placed
 from torc_lab.checking_motions import Finding, check_motions
@@ -27,11 +26,17 @@ from torc_lab.devices import (
     is_ready,
     limits,
 )
-from torc_lab.driver_rules import state_faults
 from torc_lab.identity import check_standing
 from torc_lab.lab_file import Lab
 from torc_lab.person import Ask
-from torc_lab.protocols import ArmDriver, GripperDriver, LabError, NeedsActivation, PowersServos
+from torc_lab.protocols import (
+    ArmDriver,
+    GripperDriver,
+    LabError,
+    NeedsActivation,
+    PowersServos,
+    state_faults,
+)
 from torc_lab.robotiq.gripper import RobotiqGripper
 from torc_lab.supervisor import SupervisorConfig
 

@@ -10,7 +10,7 @@ from torc.records import Trajectory
 from torc.robots.description import RobotDescription
 from torc.robots.execution import reverse
 from torc.robots.kinematics import tcp_pose
-from torc_lab.calibration.noted import is_calibrated, marker_of_lab
+from torc_lab.calibration.marker import is_calibrated, marker_of_lab
 from torc_lab.calibration.touch import ABOVE_M, touch_motion
 from torc_lab.checks import turning
 from torc_lab.devices import limits

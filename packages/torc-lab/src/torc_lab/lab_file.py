@@ -216,7 +216,7 @@ def driver_config(kind: Kind[Any], device: Device, where: str) -> dict[str, Any]
     known = [f.name for f in fields(made_with)]
     for name in device.settings:
         if name not in known:
-            raise UnknownNameError(f"{where}: setting", name, known)
+            raise UnknownNameError(f"{where}: setting", name, known, lister=f"torc settings {device.driver}")
     try:
         return {"config": TypeAdapter(made_with).validate_python(dict(device.settings))}
     except ValidationError as error:

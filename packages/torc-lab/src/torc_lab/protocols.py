@@ -1,8 +1,10 @@
 """What a driver of a real arm must do. It moves nothing on its own, and judges nothing: `torc_lab.supervisor` does."""
 
 import inspect
+import time
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -12,6 +14,10 @@ from torc import TorcError
 from torc.errors import PickHaltedError
 from torc.records import Trajectory
 from torc.robots.protocols import Gripper
+
+AT_ONCE_S = 0.05
+"""A method that does not wait returns within this time."""
+_LOOKS, _APART_S = 40, 0.01
 
 
 class LabError(TorcError):
@@ -132,3 +138,35 @@ def missing_methods(device: object, protocol: type) -> list[str]:
 
 
 _ABSENT = object()
+
+
+def state_faults(driver: ArmDriver) -> list[str]:
+    """Rules that a driver with all methods breaks by what it says of its state while nothing moves. `torc lab check`
+    looks first whether it does.
+    """
+    found = []
+    if not driver.name or not driver.start_tolerance_rad > 0:
+        found.append("it has no name, or a start tolerance that is not above 0")
+    stamps, slowest, ahead_s = [], 0.0, 0.0
+    for _ in range(_LOOKS):
+        began = time.monotonic()
+        status = driver.status()
+        if not isinstance(status, ArmStatus):
+            return [f"status() returned a {type(status).__name__}; it must be a torc_lab.protocols.ArmStatus"]
+        now = time.monotonic()
+        slowest, ahead_s = max(slowest, now - began), max(ahead_s, status.stamp_s - now)
+        stamps.append(status.stamp_s)
+        time.sleep(_APART_S)
+    if ahead_s > 0:
+        found.append(f"its states are {ahead_s:.1f} s in the future: stamp_s is by time.monotonic()")
+    if slowest > AT_ONCE_S:
+        found.append(f"status() waited {slowest:.2f} s; it must return what came last")
+    if any(b < a for a, b in pairwise(stamps)) or len(set(stamps)) < 4:
+        found.append("its stamps stand still, or run backwards")
+    if np.ndim(status.qpos) != 1 or not np.isfinite(status.qpos).all():
+        found.append("qpos must be one finite number per joint")
+    if not driver.feels_contact and status.contact_n:
+        found.append("it feels no contact, and reports one")
+    if driver.ended() != "":
+        found.append("ended() must be '' before the first motion")
+    return found

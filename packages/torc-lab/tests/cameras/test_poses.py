@@ -57,10 +57,11 @@ def test_what_is_no_pose_is_refused(workspace, given, text):
 @pytest.mark.parametrize(
     ("name", "content", "text"),
     [
-        ("pose.json", "{", "not readable JSON"),
+        ("pose.json", "{", "not readable YAML"),
         ("pose.json", "[1]", "holds no camera pose"),
         ("pose.yaml", "position: [1, 2, 3]", r"need position \(3\) and wxyz"),
         ("pose.yaml", "T_world_camera: [[1]]", "4x4 finite numbers"),
+        ("pose.yaml", "{x: 0, y: 0, z: 1, qx: 0, qy: 0, qz: 0, qw: 1}", "holds no camera pose"),
     ],
 )
 def test_files_without_a_pose_are_refused(workspace, tmp_path, name, content, text):
@@ -94,7 +95,7 @@ def test_a_camera_that_hangs_upside_down_is_no_other():
 
 def test_numbers_of_the_command_line_stay_what_they_are():
     """A serial number is no octal number, and fits where a text is expected."""
-    from torc_lab.cameras.realsense_device import RealSenseConfig
+    from torc_lab.cameras.realsense import RealSenseConfig
 
     for text in ("017322071705", "841512070523", "f123"):
         config = changed(RealSenseConfig(), {"serial": plain_value(text)}, "camera")

@@ -15,8 +15,7 @@ from torc.errors import CameraError, InputError, MissingDependencyError  # noqa:
 from torc.geometry.transforms import invert, project, unproject  # noqa: E402
 from torc.perception.stereo import SgbmDepth, made_up_pair  # noqa: E402
 from torc.testing.camera_conformance import check_camera  # noqa: E402
-from torc_lab.cameras.realsense import RealSenseCamera  # noqa: E402
-from torc_lab.cameras.realsense_device import RealSenseConfig  # noqa: E402
+from torc_lab.cameras.realsense import RealSenseCamera, RealSenseConfig  # noqa: E402
 
 QUICK = RealSenseConfig(warm_up=0)
 

@@ -20,8 +20,7 @@ from torc.errors import CameraError, InputError
 from torc.perception.stereo import SgbmDepth
 from torc.testing.camera_conformance import check_camera
 from torc_lab.cameras import zed_uvc
-from torc_lab.cameras.zed_calibration import Rectifier, read_calibration
-from torc_lab.cameras.zed_uvc import ZedUvcCamera, ZedUvcConfig
+from torc_lab.cameras.zed_uvc import Rectifier, ZedUvcCamera, ZedUvcConfig, read_calibration
 
 
 @pytest.fixture(scope="module")
@@ -42,16 +41,16 @@ def film(raw, tmp_path):
 
 
 def test_the_file_is_read_as_opencv_takes_it(tmp_path):
-    c = read_calibration(write_calibration(tmp_path), "VGA")
-    np.testing.assert_allclose(c.R_right_left, R_RIGHT_LEFT, atol=1e-9)
-    np.testing.assert_allclose(c.t_m, T_M, atol=1e-9)
-    assert c.lens_right.tolist() == [-0.165, 0.021, -0.0006, 0.0004, 0.001]
-    assert (c.K_left[0, 0], c.K_left[1, 2], c.width, c.height) == (351.2, 193.1, 672, 376)
+    (K, _), (_, lens), R_right_left, t_m = read_calibration(write_calibration(tmp_path), "VGA")
+    np.testing.assert_allclose(R_right_left, R_RIGHT_LEFT, atol=1e-9)
+    np.testing.assert_allclose(t_m, T_M, atol=1e-9)
+    assert lens.tolist() == [-0.165, 0.021, -0.0006, 0.0004, 0.001]
+    assert (K[0, 0], K[1, 2]) == (351.2, 193.1)
 
 
 def test_rectified_points_are_where_they_are_projected(tmp_path):
     """Dots, painted where the raw lenses show some points, are found in one row, as far apart as depth says."""
-    rectifier = Rectifier(read_calibration(write_calibration(tmp_path), "VGA"))
+    rectifier = Rectifier(write_calibration(tmp_path), "VGA")
     for point in ([0, 0, 0.7], [-0.2, -0.1, 0.6], [0.25, 0.12, 0.8], [0.2, -0.15, 0.7], [-0.1, 0.2, 1.1]):
         p = np.array([point], float)
         pictures = [_dot(*raw_pixels(p, side)[0]) for side in ("left", "right")]
@@ -80,7 +79,7 @@ def test_the_scene_has_the_depth_that_it_has(film):
         o = camera.capture()
         assert not o.depth_m.any()
         measured = SgbmDepth().measure(o).depth_m
-    truth = _depth(o.K, Rectifier(read_calibration(film.calibration, "VGA")).R_rectified_left)
+    truth = _depth(o.K, Rectifier(film.calibration, "VGA").R_rectified_left)
     read = (measured > 0) & (truth < 1.6)
     assert read.mean() > 0.6
     error = np.abs(measured - truth)[read]
@@ -109,7 +108,7 @@ def test_its_pose_comes_from_depth_that_is_made_for_that(film):
     o = ZedUvcCamera(film).capture()
     assert o.pose_estimated
     # The table: its normal, and its distance.
-    R = Rectifier(read_calibration(film.calibration, "VGA")).R_rectified_left
+    R = Rectifier(film.calibration, "VGA").R_rectified_left
     np.testing.assert_allclose(o.T_world_camera[2, :3], R @ [0, -0.6, -0.8], atol=0.02)
     assert o.T_world_camera[2, 3] == pytest.approx(0.80, abs=0.01)
 
@@ -162,13 +161,12 @@ def test_another_cameras_calibration_is_found_out(film, tmp_path):
 @pytest.mark.parametrize(
     ("changes", "text"),
     [
-        ({"left": {"k3": None}}, r"lacks \[LEFT_CAM_VGA\] k3\. .*not taken for 0"),
-        ({"left": {"p1": None, "p2": None}}, r"p1, \[LEFT_CAM_VGA\] p2"),
-        ({"stereo": {"RX_VGA": None}}, r"lacks \[STEREO\] RX_VGA"),
-        ({"stereo": {"TY_VGA": None}}, r"lacks \[STEREO\] TY_VGA"),
+        ({"left": {"k3": None}}, "No option 'k3' in section: 'LEFT_CAM_VGA'.*not taken for 0"),
+        ({"stereo": {"RX_VGA": None}}, "(?i)No option 'RX_VGA'"),
+        ({"stereo": {"TY_VGA": None}}, "(?i)No option 'TY_VGA'"),
         ({"stereo": {"Baseline": 0.12}}, "Baseline of 0.12 mm cannot be"),
         ({"stereo": {"CV_VGA": 8.5}}, "turned by 8.50 rad"),
-        ({"left": {"fx": "wide"}}, "fx is 'wide', which is no number"),
+        ({"left": {"fx": "wide"}}, "no complete calibration of a ZED: .*'wide'"),
         ({"left": {"cx": 900}}, "do not fit pictures of 672x376"),
     ],
 )
@@ -178,10 +176,10 @@ def test_calibrations_that_lack_something_are_refused(tmp_path, changes, text):
 
 
 def test_calibrations_that_are_none_are_refused(tmp_path):
-    with pytest.raises(InputError, match=r"lacks \[LEFT_CAM_HD\] fx"):
+    with pytest.raises(InputError, match="No section: 'LEFT_CAM_HD'"):
         read_calibration(write_calibration(tmp_path), "HD")
     (tmp_path / "SN1.conf").write_text("<html>not found</html>")
-    with pytest.raises(InputError, match="no calibration file"):
+    with pytest.raises(InputError, match="no complete calibration"):
         read_calibration(tmp_path / "SN1.conf", "VGA")
     with pytest.raises(InputError, match="missing"):
         read_calibration(tmp_path / "SN2.conf", "VGA")
@@ -190,7 +188,7 @@ def test_calibrations_that_are_none_are_refused(tmp_path):
 def test_keys_without_a_resolution_do_for_the_shifts_alone(tmp_path):
     text = calibration_text().replace("TY_VGA", "TY").replace("TZ_VGA", "tz")
     (tmp_path / "SN1.conf").write_text(text)
-    np.testing.assert_allclose(read_calibration(tmp_path / "SN1.conf", "VGA").t_m, T_M, atol=1e-9)
+    np.testing.assert_allclose(read_calibration(tmp_path / "SN1.conf", "VGA")[3], T_M, atol=1e-9)
 
 
 def test_the_only_calibration_is_found(monkeypatch, tmp_path):

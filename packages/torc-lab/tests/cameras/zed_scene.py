@@ -5,7 +5,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from torc_lab.cameras.zed_calibration import SIZES
+from torc_lab.cameras.zed_uvc import SIZES
 
 WIDTH, HEIGHT = SIZES["VGA"]
 LEFT = {

@@ -6,17 +6,21 @@ little: an arm that is off shifts everything. What counts is the error at poses 
 the board.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from datetime import date
+from typing import Any
 
 import numpy as np
+import yaml
 from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
 from torc.geometry.transforms import Pose, invert, transform_points
-from torc_lab.calibration.board import Board
-from torc_lab.calibration.board_views import BoardView, pose_views, reprojection_errors_px
+from torc_lab.calibration.board import Board, BoardView, pose_views, reprojection_errors_px
+from torc_lab.calibration.marker import TableMarker
 from torc_lab.calibration.noisy_arm import ArmNoise, Mounting, PoseFit, PoseView, fit_poses, refit
+from torc_lab.cameras.poses import ON_HAND
 from torc_lab.protocols import LabError
 
 LEAST_VIEWS = 6
@@ -25,6 +29,7 @@ _LEAST_TURN_RAD, _LEAST_SPREAD_RAD = 0.175, 0.05
 _WRONG_SCALE, _SURE = 0.01, 4.0
 """The printer is to blame if the squares are off by 1 %, and by four standard errors: a worn arm shifts them too."""
 _FOLDS = 5
+_WORN_RAD, _WORN_M = float(np.deg2rad(0.15)), 0.0015
 
 
 @dataclass(frozen=True)
@@ -54,6 +59,42 @@ class HandEye:
         """The median of `errors_m`."""
         return float(np.median(self.errors_m))
 
+    def as_yaml(self, count: int, marker: TableMarker | None = None) -> str:
+        """The file of a calibration by so many pictures; a lab file's camera.pose names that of a fixed camera."""
+        fixed = self.mounting == "fixed"
+        content: dict[str, Any] = {
+            "T_world_camera" if fixed else ON_HAND: self.T_camera.round(7).tolist(),
+            "T_tool0_board" if fixed else "T_world_board": self.T_board.round(7).tolist(),
+            "date": date.today().isoformat(),
+            "pictures": count,
+            "error_mm": round(1e3 * self.error_m, 2),
+            "arm_noise_mm": round(1e3 * self.noise.shift_m, 2),
+            "arm_noise_deg": round(float(np.rad2deg(self.noise.turn_rad)), 3),
+        }
+        if self.rms_px is not None:
+            content["rms_px"] = round(self.rms_px, 2)
+        if marker is not None:
+            content["marker_corners"] = marker.corners.round(6).tolist()
+        return yaml.safe_dump(content, sort_keys=False, default_flow_style=None)
+
+    def report(self, file: str) -> str:
+        """What a person is shown after a calibration that was written to that file."""
+        noise, (x, y, z) = self.noise, self.T_camera[:3, 3]
+        worn = noise.shift_m > _WORN_M or noise.turn_rad > _WORN_RAD
+        much = "\nThat is much: the arm is worn, its model is not exact, or the board or camera is loose."
+        by_mounting = {
+            "fixed": f"The camera is at x {x:.3f}, y {y:.3f}, z {z:.3f} m of the world frame: does it stand there?\n"
+            f"{file} is written: name it in the lab file as camera.pose.",
+            "hand": f"{file} is written: {ON_HAND}, the camera in the flange's frame. It is no camera.pose: that is "
+            "for a fixed camera.",
+        }
+        return (
+            f"At poses that were left out, corners are {1e3 * self.error_m:.1f} mm off (median; worst "
+            f"{1e3 * self.errors_m.max():.1f} mm).\n"
+            f"The arm seems to be off by {1e3 * noise.shift_m:.1f} mm and {np.rad2deg(noise.turn_rad):.2f} degrees at "
+            f"each pose; views were weighed by that.{much if worn else ''}\n{by_mounting[self.mounting]}"
+        )
+
 
 def solve_hand_eye(
     views: Sequence[BoardView], board: Board, K: Float[np.ndarray, "3 3"], mounting: Mounting
@@ -69,15 +110,12 @@ def solve_hand_eye(
             f"The board's squares seem to be {1e3 * board.square_m * fit.scale:.2f} mm wide, not "
             f"{1e3 * board.square_m:.2f} mm. Measure them: printers scale. Then say so."
         )
-    errors = np.zeros(len(views))
-    for k, poses in _left_out(placed, mounting, fit):
-        errors[k] = error_at(views[k], poses, board, K, mounting)
     poses = fit.T_camera, fit.T_board
     off = [
         reprojection_errors_px(v, board_by(v.T_base_flange, poses, mounting), board, K).ravel() for v in views
     ]
     rms_px = float(np.sqrt(2 * np.mean(np.concatenate(off) ** 2)))
-    return HandEye(mounting, *poses, errors, fit.noise, fit.scale, rms_px)
+    return _judged(placed, mounting, fit, lambda k, T: error_at(views[k], T, board, K, mounting), rms_px)
 
 
 def solve_samples(samples: Sequence[PoseView], mounting: Mounting) -> HandEye:
@@ -86,12 +124,12 @@ def solve_samples(samples: Sequence[PoseView], mounting: Mounting) -> HandEye:
     Raises LabError for samples that say too little.
     """
     check_views([s.T_base_flange for s in samples])
-    fit = fit_poses(samples, mounting)
-    errors = np.zeros(len(samples))
-    for k, poses in _left_out(samples, mounting, fit):
-        there = board_by(samples[k].T_base_flange, poses, mounting)[:3, 3]
-        errors[k] = np.linalg.norm(there - samples[k].T_camera_board[:3, 3])
-    return HandEye(mounting, fit.T_camera, fit.T_board, errors, fit.noise, fit.scale)
+
+    def error_m(k: int, poses: tuple[Pose, Pose]) -> float:
+        off = board_by(samples[k].T_base_flange, poses, mounting) - samples[k].T_camera_board
+        return float(np.linalg.norm(off[:3, 3]))
+
+    return _judged(samples, mounting, fit_poses(samples, mounting), error_m)
 
 
 def check_views(flanges: Sequence[Pose]) -> None:
@@ -130,12 +168,17 @@ def board_by(T_base_flange: Pose, poses: tuple[Pose, Pose], mounting: Mounting) 
     return np.asarray(invert(T_base_flange @ T_camera) @ T_board)
 
 
-def _left_out(
-    views: Sequence[PoseView], mounting: Mounting, fit: PoseFit
-) -> list[tuple[int, tuple[Pose, Pose]]]:
-    """For each view, both transforms as solved without it."""
-    found = []
-    for fold in range(min(_FOLDS, len(views))):
+def _judged(
+    views: Sequence[PoseView],
+    mounting: Mounting,
+    fit: PoseFit,
+    error_m: Callable[[int, tuple[Pose, Pose]], float],
+    rms_px: float | None = None,
+) -> HandEye:
+    """The calibration, with each view's error by both transforms as solved without it."""
+    errors = np.zeros(len(views))
+    for fold in range(_FOLDS):
         poses = refit([v for k, v in enumerate(views) if k % _FOLDS != fold], mounting, fit)
-        found += [(k, poses) for k in range(len(views)) if k % _FOLDS == fold]
-    return found
+        for k in range(fold, len(views), _FOLDS):
+            errors[k] = error_m(k, poses)
+    return HandEye(mounting, fit.T_camera, fit.T_board, errors, fit.noise, fit.scale, rms_px)

@@ -5,18 +5,16 @@ calibration.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
 from jaxtyping import Float, UInt8
-from scipy.spatial.transform import Rotation
 
 from torc import InputError
-from torc.geometry.transforms import Pose, make_pose, project, transform_points
-from torc.io.reading import read_plain_text
-from torc.io.strict_yaml import parse_plain_yaml
-from torc_lab.calibration.board import DICTIONARY
+from torc.geometry.transforms import Pose, project, transform_points
+from torc_lab.calibration.board import DICTIONARY, planar_pose
+from torc_lab.cameras.poses import read_mapping
+from torc_lab.lab_file import Lab
 from torc_lab.protocols import LabError
 
 MARKER_ID = 99
@@ -24,7 +22,7 @@ MARKER_ID = 99
 MARKER_M = 0.1
 MOVED_M = 0.003
 """A shift that is more than the detection's own error, and as large as a calibration may be off."""
-_MAX_BYTES = 100_000
+_STILL_PX = 2.0
 
 
 @dataclass(frozen=True)
@@ -54,16 +52,14 @@ def placed_marker(
     if not seen:
         return None
     middle = np.median(np.stack(seen), axis=0)
-    off_px = max(float(np.linalg.norm(s - middle, axis=1).mean()) for s in seen)
-    if off_px > 2.0:
+    if max(np.linalg.norm(s - middle, axis=1).mean() for s in seen) > _STILL_PX:
         raise LabError(
             "The marker on the table, or the camera, moved while pictures were taken. Begin again."
         )
     square = 0.5 * MARKER_M * np.array([[-1.0, 1, 0], [1, 1, 0], [1, -1, 0], [-1, -1, 0]])
-    good, turn, place = cv2.solvePnP(square, middle, K, None, flags=cv2.SOLVEPNP_IPPE_SQUARE)
-    if not good:
+    T_camera_marker = planar_pose(square, middle, K)
+    if T_camera_marker is None:
         return None
-    T_camera_marker = make_pose(Rotation.from_rotvec(np.ravel(turn)).as_matrix(), np.ravel(place))
     return TableMarker(transform_points(T_world_camera @ T_camera_marker, square))
 
 
@@ -82,15 +78,24 @@ def marker_shift_m(
     return float(off_px * depth_m.mean() / K[0, 0])
 
 
+def is_calibrated(lab: Lab) -> bool:
+    """Whether the lab file names a calibration as its camera's pose."""
+    return _calibration_of(lab) is not None
+
+
+def marker_of_lab(lab: Lab) -> TableMarker | None:
+    """The marker on the table as the calibration saw it; None without one. Raises InputError."""
+    path = _calibration_of(lab)
+    return None if path is None else marker_of_file(path)
+
+
 def marker_of_file(path: Path) -> TableMarker | None:
     """The marker that a calibration noted; None if it saw none. Raises InputError for one that cannot be read."""
-    text = read_plain_text(path, _MAX_BYTES, "the calibration")
-    content = parse_plain_yaml(text, str(path), "calibration", _MAX_BYTES, "Calibrate again.")
-    told: Any = content.get("marker_corners") if isinstance(content, dict) else None
-    if told is None:
+    given = read_mapping(path, "calibration", "Calibrate again.").get("marker_corners")
+    if given is None:
         return None
     try:
-        corners = np.array(told, dtype=float)
+        corners = np.array(given, dtype=float)
     except (TypeError, ValueError):
         corners = np.zeros(0)
     if corners.shape != (4, 3) or not np.isfinite(corners).all():
@@ -102,3 +107,8 @@ def marker_picture(pixels: int) -> UInt8[np.ndarray, "h w"]:
     """The marker, to be printed MARKER_M wide."""
     dictionary = cv2.aruco.getPredefinedDictionary(DICTIONARY)
     return np.asarray(cv2.aruco.generateImageMarker(dictionary, MARKER_ID, pixels))
+
+
+def _calibration_of(lab: Lab) -> Path | None:
+    path = Path(str(lab.conditions.settings.get("camera.pose", "")))
+    return path if path.suffix in (".yaml", ".yml") and path.is_file() else None

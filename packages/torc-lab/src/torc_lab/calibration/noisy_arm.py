@@ -7,6 +7,7 @@ and the pose at which the picture shows it; its covariance is that of the pictur
 likelihood is Student's t in six dimensions, so that a bad view hardly counts.
 """
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -17,7 +18,6 @@ from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
 from torc.geometry.transforms import Pose, invert, make_pose
-from torc_lab.calibration.closed_form import park
 
 Mounting = Literal["fixed", "hand"]
 """Of the camera: fixed, with the board in the hand; or in the hand, with the board fixed."""
@@ -81,52 +81,78 @@ class PoseFit:
 
 def fit_poses(views: Sequence[PoseView], mounting: Mounting) -> PoseFit:
     """Both transforms and the arm's noise, by the largest likelihood."""
-    stack = _Stack.of(views, mounting)
-    numbers, sigmas = _start(views, mounting), np.log([1e-3, 1e-3])
-    numbers, sigmas = _alternate(stack, numbers, sigmas)
+    stack = _Stack(views, mounting)
+    first = park([(v.T_base_flange, v.T_camera_board) for v in views], mounting == "hand")
+    numbers, sigmas = _alternate(stack, _numbers(first), np.log([1e-3, 1e-3]))
     with_scale, _ = _alternate(stack, np.append(numbers, 0.0), sigmas)
     noise = ArmNoise(*map(float, _GAUSSIAN * np.exp(sigmas)))
-    T_camera, T_board = transforms(numbers)
-    error = stack.standard_errors(with_scale, sigmas)[12]
+    T_camera, T_board = _transforms(numbers)
+    J = _slope(stack, with_scale, _whitening(stack, with_scale, sigmas))
+    error = _GAUSSIAN * np.sqrt(np.linalg.pinv(J.T @ J)[12, 12])
     return PoseFit(T_camera, T_board, noise, float(np.exp(with_scale[12])), float(error))
 
 
 def refit(views: Sequence[PoseView], mounting: Mounting, begin: PoseFit) -> tuple[Pose, Pose]:
     """Both transforms by some of the views, the arm's noise being known."""
-    numbers = np.concatenate([_numbers(begin.T_camera), _numbers(begin.T_board)])
+    numbers = _numbers((begin.T_camera, begin.T_board))
     sigmas = np.log([begin.noise.axis_rad / _GAUSSIAN, begin.noise.axis_m / _GAUSSIAN])
-    return transforms(_reweighted(_Stack.of(views, mounting), numbers, sigmas, _ROUNDS))
+    return _transforms(_reweighted(_Stack(views, mounting), numbers, sigmas, _ROUNDS))
 
 
-def transforms(numbers: Float[np.ndarray, "n"]) -> tuple[Pose, Pose]:
-    """Camera and board by their twelve numbers."""
+def park(pairs: Sequence[tuple[Pose, Pose]], on_hand: bool) -> tuple[Pose, Pose]:
+    """A first guess of camera and board, from pairs of the flange in the base and the board in the camera: the
+    rotations first (Park & Martin 1994).
+
+    Returns:
+        Camera in the flange and board in the base if the camera is on the hand; else camera in the base and board in
+        the flange.
+    """
+    seen = [T for _, T in pairs]
+    flanges = [T if on_hand else invert(T) for T, _ in pairs]
+    # The camera X has flange_i X seen_i the same for all i.
+    moves = [
+        (invert(flanges[j]) @ flanges[i], seen[j] @ invert(seen[i]))
+        for i, j in itertools.combinations(range(len(seen)), 2)
+    ]
+    of_flange, of_board = (Rotation.from_matrix([m[k][:3, :3] for m in moves]).as_rotvec() for k in (0, 1))
+    R = Rotation.align_vectors(of_flange, of_board)[0].as_matrix()
+    left = np.concatenate([A[:3, :3] - np.eye(3) for A, _ in moves])
+    right = np.concatenate([R @ B[:3, 3] - A[:3, 3] for A, B in moves])
+    T_camera = make_pose(R, np.linalg.lstsq(left, right, rcond=None)[0])
+    boards = [F @ T_camera @ T for F, T in zip(flanges, seen, strict=True)]
+    R_board = Rotation.from_matrix([T[:3, :3] for T in boards]).mean().as_matrix()
+    return T_camera, make_pose(R_board, np.median([T[:3, 3] for T in boards], axis=0))
+
+
+def crossing(t: Float[np.ndarray, "v 3"]) -> Float[np.ndarray, "v 3 3"]:
+    """The matrices of t x."""
+    return np.cross(np.eye(3), t[:, None])
+
+
+def _transforms(numbers: Float[np.ndarray, "n"]) -> tuple[Pose, Pose]:
+    """Camera and board by their twelve numbers, rotation vector and place of each."""
     first, second = (
         make_pose(Rotation.from_rotvec(v[:3]).as_matrix(), v[3:]) for v in (numbers[:6], numbers[6:12])
     )
     return first, second
 
 
-@dataclass(frozen=True)
+def _numbers(poses: tuple[Pose, Pose]) -> Float[np.ndarray, "12"]:
+    return np.concatenate([[*Rotation.from_matrix(T[:3, :3]).as_rotvec(), *T[:3, 3]] for T in poses])
+
+
 class _Stack:
     """All views as arrays."""
 
-    flanges_inverse: Float[np.ndarray, "v 4 4"]
-    seen: Float[np.ndarray, "v 4 4"]
-    covariances: Float[np.ndarray, "v 6 6"]
-    mounting: Mounting
-
-    @classmethod
-    def of(cls, views: Sequence[PoseView], mounting: Mounting) -> "_Stack":
-        return cls(
-            np.stack([invert(v.T_base_flange) for v in views]),
-            np.stack([v.T_camera_board for v in views]),
-            np.stack([v.covariance for v in views]),
-            mounting,
-        )
+    def __init__(self, views: Sequence[PoseView], mounting: Mounting) -> None:
+        self.flanges_inverse = invert(np.stack([v.T_base_flange for v in views]))
+        self.seen = np.stack([v.T_camera_board for v in views])
+        self.covariances = np.stack([v.covariance for v in views])
+        self.mounting = mounting
 
     def errors(self, numbers: np.ndarray) -> Float[np.ndarray, "v 6"]:
         """Of the flange per view, turn and shift in its own frame."""
-        T_camera, T_board = transforms(numbers)
+        T_camera, T_board = _transforms(numbers)
         seen = self._scaled(numbers)
         if self.mounting == "fixed":
             shown = T_camera @ seen @ invert(T_board)
@@ -137,7 +163,7 @@ class _Stack:
 
     def spread(self, numbers: np.ndarray, sigmas: np.ndarray) -> Float[np.ndarray, "v 6 6"]:
         """The covariance of those errors: the picture's, carried to the flange, and the arm's."""
-        T_camera, T_board = transforms(numbers)
+        T_camera, T_board = _transforms(numbers)
         if self.mounting == "fixed":
             carried = np.broadcast_to(T_board, self.seen.shape)
         else:
@@ -148,12 +174,6 @@ class _Stack:
         adjoint[:, 3:, :3] = crossing(t) @ R
         arm = np.diag(np.repeat(np.exp(2 * sigmas), 3))
         return np.asarray(adjoint @ self.covariances @ adjoint.transpose(0, 2, 1) + arm)
-
-    def standard_errors(self, numbers: np.ndarray, sigmas: np.ndarray) -> Float[np.ndarray, "n"]:
-        """The standard error of each number."""
-        white = _whitening(self, numbers, sigmas)
-        J = _slope(self, numbers, white)
-        return np.asarray(_GAUSSIAN * np.sqrt(np.diag(np.linalg.pinv(J.T @ J))))
 
     def _scaled(self, numbers: np.ndarray) -> Float[np.ndarray, "v 4 4"]:
         """The board's poses, were it as many times larger as the thirteenth number says."""
@@ -219,19 +239,3 @@ def _noise_by_likelihood(stack: _Stack, numbers: np.ndarray, sigmas: np.ndarray)
     bounds = [(np.log(_LEAST_RAD), np.log(_MOST_RAD)), (np.log(_LEAST_M), np.log(_MOST_M))]
     search = {"xatol": 0.003, "fatol": 1e-4}
     return np.asarray(minimize(cost, sigmas, method="Nelder-Mead", bounds=bounds, options=search).x)
-
-
-def _start(views: Sequence[PoseView], mounting: Mounting) -> np.ndarray:
-    T_camera, T_board = park([(v.T_base_flange, v.T_camera_board) for v in views], mounting == "hand")
-    return np.concatenate([_numbers(T_camera), _numbers(T_board)])
-
-
-def _numbers(T: Pose) -> np.ndarray:
-    return np.concatenate([Rotation.from_matrix(T[:3, :3]).as_rotvec(), T[:3, 3]])
-
-
-def crossing(t: Float[np.ndarray, "v 3"]) -> Float[np.ndarray, "v 3 3"]:
-    """The matrices of t x."""
-    out = np.zeros((len(t), 3, 3))
-    out[:, 0, 1], out[:, 0, 2], out[:, 1, 2] = -t[:, 2], t[:, 1], -t[:, 0]
-    return np.asarray(out - out.transpose(0, 2, 1))

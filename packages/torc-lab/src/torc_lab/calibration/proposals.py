@@ -1,27 +1,31 @@
 """Poses for calibrating that torc finds itself: the board turned and shifted before the camera; and the motions.
 
-What is known before is rough: where the camera is, by the workspace or by a few turns of the hand that carries it; and
-where the board is, by one picture of it.
+What is known before is rough: where the camera is, by the workspace or by a few small turns of the hand that carries
+it; and where the board is, by one picture of it. Those turns are about a point ahead of the hand, where the board lies
+if the camera looks the way the gripper reaches. The camera's place on the hand is not known then, so that room is kept
+all around the hand.
 """
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float
 from scipy.spatial.transform import Rotation
 
-from torc.geometry.transforms import Pose, invert, transform_points
+from torc.geometry.transforms import Pose, invert, make_pose, transform_points
 from torc.motion.holding import hull_spheres
 from torc.motion.space import FreeSpace
 from torc.robots.description import RobotDescription
 from torc.robots.ik import solve_ik
 from torc.robots.kinematics import tool0_poses
 from torc.workspace.description import Workspace
-from torc_lab.calibration.board import Board
-from torc_lab.calibration.noisy_arm import Mounting
+from torc_lab.calibration.board import Board, BoardView, board_in_camera
+from torc_lab.calibration.noisy_arm import Mounting, park
 from torc_lab.checks import MotionLimits
 from torc_lab.empty_table import LIMIT_RAD, empty_space, trusting
+from torc_lab.protocols import LabError
 
 _DRAWN, _BATCH = 3000, 300
 _TURN_RAD = 0.6
@@ -38,6 +42,14 @@ _CAMERA_M = (0.05, 0.04, 0.04)
 """Half of the room that a camera on the hand takes, along its own axes; cameras for arms are smaller."""
 _SHIFT_M = 0.15
 """As much of a shift makes two poses as different as _TURN_RAD of a turn does."""
+_LEAST_TURNED = 4
+"""Views, the first one too, that a rough pose of a camera on the hand takes."""
+_TILT_RAD, _SPIN_RAD = 0.2, 0.35
+"""Small turns about the two axes across the hand's, and about its own: the board stays in the picture."""
+_RING, _RING_M, _ROOM_M, _ALONG_M = 8, 0.09, 0.045, (0.03, 0.1)
+"""Number of the spheres that keep room for a camera, their distance from the hand's axis, their radius, and their
+distances from the flange.
+"""
 
 
 @dataclass(frozen=True)
@@ -86,12 +98,6 @@ class Sight:
             points, T = corners * _CAMERA_M, self.T_camera
         return hull_spheres(transform_points(T, points), _HELD_SPHERES)
 
-    @property
-    def outline(self) -> Float[np.ndarray, "4 3"]:
-        """The corners of all squares, in the board's frame."""
-        width, height = self.board.size_m
-        return np.array([[0.0, 0, 0], [width, 0, 0], [width, height, 0], [0, height, 0]])
-
 
 def proposed(sight: Sight, count: int, rng: np.random.Generator) -> Float[np.ndarray, "n dof"]:
     """Up to `count` configurations, most different first, at which the whole board is in sight, within the limits, and
@@ -100,24 +106,19 @@ def proposed(sight: Sight, count: int, rng: np.random.Generator) -> Float[np.nda
     space = calibration_space(sight)
     views = _drawn(sight, rng)
     views = views[in_sight(sight, views)]
-    found: list[np.ndarray] = []
-    kept: list[np.ndarray] = []
+    found, kept = np.zeros((0, sight.robot.arm.dof)), np.zeros((0, 4, 4))
     for batch in np.split(views, range(_BATCH, len(views), _BATCH)):
-        reached, qpos = reached_flanges(sight.robot, sight.limits, sight.qpos, sight.flanges(batch))
+        reached, qpos = _reached(sight.robot, sight.limits, sight.qpos, sight.flanges(batch))
         free = ~space.collides(qpos) if len(qpos) else np.zeros(0, bool)
-        kept += list(batch[reached][free])
-        found += list(qpos[free])
+        kept, found = np.concatenate([kept, batch[reached][free]]), np.concatenate([found, qpos[free]])
         if len(found) >= 6 * count:
             break
-    if not found:
-        return np.zeros((0, sight.robot.arm.dof))
-    chosen = _most_different(np.array(kept), sight.T_camera_board, count)
-    return np.array(found)[chosen]
+    return found[_most_different(kept, sight.T_camera_board, count)]
 
 
 def in_sight(sight: Sight, views: Float[np.ndarray, "n 4 4"]) -> Bool[np.ndarray, "n"]:
     """Whether the whole board is well within the picture, and not too slanted, per board pose in the camera's frame."""
-    corners = np.einsum("nij,cj->nci", views[:, :3, :3], sight.outline) + views[:, None, :3, 3]
+    corners = np.einsum("nij,cj->nci", views[:, :3, :3], sight.board.outline) + views[:, None, :3, 3]
     z = np.maximum(corners[..., 2], 1e-3)
     pixels = np.einsum("ij,ncj->nci", sight.K, corners / z[..., None])[..., :2]
     size = np.array(sight.size, dtype=float)
@@ -139,7 +140,7 @@ def _drawn(sight: Sight, rng: np.random.Generator) -> Float[np.ndarray, "n 4 4"]
     the hand may not reach where the board on the table faces it: turns are also about those on the way to the first.
     """
     first = sight.T_camera_board
-    middle = sight.outline.mean(axis=0)
+    middle = sight.board.outline.mean(axis=0)
     seen_m = max(float((first[:3, :3] @ middle + first[:3, 3])[2]), _LEAST_M)
     width, height = sight.size
     depth = np.maximum(seen_m * rng.uniform(_NEARER, _FURTHER, _DRAWN), _LEAST_M)
@@ -158,13 +159,12 @@ def _drawn(sight: Sight, rng: np.random.Generator) -> Float[np.ndarray, "n 4 4"]
 def _faced(R: Float[np.ndarray, "3 3"], shares: Float[np.ndarray, "n"]) -> Rotation:
     """The rotations on the way from R (share 0) to the one next to it with the normal along the optical axis (1)."""
     axis = np.cross(R[:, 2], [0.0, 0.0, 1.0])
-    angle = float(np.arctan2(np.linalg.norm(axis), R[2, 2]))
     length = float(np.linalg.norm(axis))
-    turn = axis / length * angle if length > 1e-9 else np.zeros(3)
+    turn = axis * np.arctan2(length, R[2, 2]) / max(length, 1e-9)
     return Rotation.from_rotvec(shares[:, None] * turn) * Rotation.from_matrix(R)
 
 
-def reached_flanges(
+def _reached(
     robot: RobotDescription,
     limits: MotionLimits,
     qpos: Float[np.ndarray, "dof"],
@@ -175,19 +175,16 @@ def reached_flanges(
     tcps = flanges @ robot.gripper.T_tool0_tcp(0.0)
     places = np.stack([flanges[:, :3, 3], tcps[:, :3, 3]], axis=1)
     inside = ((places > limits.box_lower) & (places < limits.box_upper)).all(axis=(1, 2))
-    reached, found = np.zeros(len(flanges), bool), []
     near = replace(
         arm,
         lower=np.maximum(limits.lower + LIMIT_RAD, qpos - _FAR_RAD),
         upper=np.minimum(limits.upper - LIMIT_RAD, qpos + _FAR_RAD),
         rest_qpos=qpos,
     )
-    index = np.flatnonzero(inside)
-    if len(index) == 0:
-        return reached, np.zeros((0, arm.dof))
-    solutions = solve_ik(near, flanges[index])
-    for k, n in enumerate(index):
-        if len(branches := solutions.of(k)):
+    reached, found = np.zeros(len(flanges), bool), []
+    solutions = solve_ik(near, flanges[inside]) if inside.any() else None
+    for k, n in enumerate(np.flatnonzero(inside)):
+        if solutions is not None and len(branches := solutions.of(k)):
             reached[n] = True
             found.append(branches[np.abs(branches - qpos).max(axis=1).argmin()])
     return reached, np.array(found).reshape(-1, arm.dof)
@@ -201,19 +198,49 @@ def _most_different(views: Float[np.ndarray, "n 4 4"], first: Pose, count: int) 
     nearest = np.linalg.norm(features, axis=1)
     chosen: list[int] = []
     for _ in range(min(count, len(views))):
-        best = int(nearest.argmax())
-        chosen.append(best)
-        nearest = np.minimum(nearest, np.linalg.norm(features - features[best], axis=1))
+        chosen.append(int(nearest.argmax()))
+        nearest = np.minimum(nearest, np.linalg.norm(features - features[chosen[-1]], axis=1))
     return chosen
 
 
 def tour(qpos: Float[np.ndarray, "n dof"], start: Float[np.ndarray, "dof"]) -> list[int]:
     """An order in which they are visited, each next to the one before."""
-    left, order, here = list(range(len(qpos))), list[int](), start
-    while left:
-        at = here
-        nearest = min(left, key=lambda k: float(np.abs(qpos[k] - at).max()))
-        left.remove(nearest)
-        order.append(nearest)
-        here = qpos[nearest]
+    away, order = np.abs(qpos - start).max(axis=1), list[int]()
+    for _ in qpos:
+        order.append(int(away.argmin()))
+        away = np.abs(qpos - qpos[order[-1]]).max(axis=1)
+        away[order] = np.inf
     return order
+
+
+def small_turns(
+    robot: RobotDescription, limits: MotionLimits, qpos: Float[np.ndarray, "dof"], ahead_m: float
+) -> Float[np.ndarray, "n dof"]:
+    """Configurations at which the hand is turned a little about a point so far ahead of the flange: about both axes
+    across the hand's and its own, both ways; those that the arm reaches within the limits.
+    """
+    R = robot.gripper.T_tool0_tcp(0.0)[:3, :3]
+    pivot = make_pose(R, ahead_m * R[:, 2])
+    tilts = np.diag([_TILT_RAD, _TILT_RAD, _SPIN_RAD])
+    turns = np.tile(np.eye(4), (6, 1, 1))
+    turns[:, :3, :3] = Rotation.from_rotvec(np.vstack([tilts, -tilts])).as_matrix()
+    flange = tool0_poses(robot.arm, qpos[None])[0]
+    return _reached(robot, limits, qpos, flange @ pivot @ turns @ invert(pivot))[1]
+
+
+def room_around_hand(robot: RobotDescription) -> Float[np.ndarray, "a 4"]:
+    """Spheres in the flange's frame wherever a camera may be fixed to the hand."""
+    R = robot.gripper.T_tool0_tcp(0.0)[:3, :3]
+    angles = 2 * np.pi * np.arange(_RING) / _RING
+    ring = [[_RING_M * np.cos(a), _RING_M * np.sin(a), z] for z in _ALONG_M for a in angles]
+    return np.column_stack([np.array(ring) @ R.T, np.full(len(ring), _ROOM_M)])
+
+
+def rough_camera(views: Sequence[BoardView], board: Board, K: Float[np.ndarray, "3 3"]) -> Pose:
+    """T_tool0_camera to a centimetre or two. Raises LabError if too few views show the board."""
+    if len(views) < _LEAST_TURNED:
+        raise LabError(
+            "The board was in sight after too few of the small turns, so that nobody knows where the camera is on the "
+            "hand. Begin with the board in the middle of the picture; or bring the arm to every pose yourself: --jog."
+        )
+    return park([(v.T_base_flange, board_in_camera(v, board, K)) for v in views], on_hand=True)[0]

@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
@@ -25,6 +25,8 @@ class RealCamera(ABC, CameraTraits):
     def __init__(self, pose: str | Sequence[float], workspace: Workspace | None = None) -> None:
         """`pose` is a setting as `read_pose` takes it. Raises InputError for one that is none."""
         self._pose = read_pose(pose, workspace or load_workspace())
+        self._device: Any = None
+        """What the camera has open and `close` closes; None before the first picture."""
 
     def capture(self) -> Observation:
         """One snapshot, now. The arm's joints are not known: `qpos` is empty.
@@ -54,9 +56,11 @@ class RealCamera(ABC, CameraTraits):
     def _shoot(self) -> Observation:
         """What the camera sees now; its pose does not count. A camera that only gives a stereo pair has depth 0."""
 
-    @abstractmethod
     def close(self) -> None:
-        """Frees the device; may be called twice."""
+        """Frees the device; may be called twice. The next capture opens it again."""
+        device, self._device = self._device, None
+        if device is not None:
+            device.close()
 
     def __enter__(self) -> Self:
         return self

@@ -30,7 +30,18 @@ class CameraKind:
 
 def camera_kinds() -> list[CameraKind]:
     """Return all kinds: those that come with torc, and those of installed packages."""
-    return [_probed(name, what) for name, what in part_lines(CAMERAS).items() if name != SIMULATED]
+    kinds = []
+    for name, what in part_lines(CAMERAS).items():
+        if name == SIMULATED:
+            continue
+        try:
+            camera = CAMERAS.traits(load_part(CAMERAS, name))
+            camera.check_library()
+            found = camera.devices()
+            kinds.append(CameraKind(name, what, "", None if found is None else tuple(found)))
+        except (TorcError, OSError, RuntimeError) as error:
+            kinds.append(CameraKind(name, what, str(error), None))
+    return kinds
 
 
 def open_camera(conditions: Conditions) -> Any:
@@ -46,13 +57,3 @@ def open_camera(conditions: Conditions) -> Any:
         )
     context = BuildContext(workspace=load_workspace(conditions.workspace))
     return make_part(CAMERAS, name, under(conditions.settings, "camera"), context)
-
-
-def _probed(name: str, what: str) -> CameraKind:
-    try:
-        camera = CAMERAS.traits(load_part(CAMERAS, name))
-        camera.check_library()
-        devices = camera.devices()
-    except (TorcError, OSError, RuntimeError) as error:
-        return CameraKind(name, what, str(error), None)
-    return CameraKind(name, what, "", None if devices is None else tuple(devices))

@@ -9,7 +9,7 @@ from torc.drawing.marking import mark_image
 from torc.records import SegmentedScene
 
 _GAP_PX = 6
-_HATCH_PX = 8
+_STRIPE_PX = 4
 _HATCH = np.array([(40, 40, 46), (235, 60, 200)], np.uint8)
 """Dark, and a pink that neither colours of depth nor of objects have."""
 _SHARE = 0.45
@@ -22,17 +22,14 @@ def snapshot_picture(
     """Colour, depth and masks side by side; pixels without a reading of depth are hatched in the last two. Without a
     scene the last one has no masks. Scaled down where it is wider than `max_width_px`.
     """
-    unseen = ~(observation.depth_m > 0)
+    unseen = ~(observation.depth_m > 0)[..., None]
+    rows, cols = np.indices(observation.depth_m.shape)
+    hatch = _HATCH[(rows + cols) // _STRIPE_PX % 2]
     masks = observation.rgb if scene is None else mark_image(scene)
-    hatch = _hatch(unseen.shape)
     mixed = np.rint(masks + _SHARE * (hatch.astype(np.float32) - masks)).astype(np.uint8)
-    panels = [
-        observation.rgb,
-        np.where(unseen[..., None], hatch, depth_colors(observation.depth_m)),
-        np.where(unseen[..., None], mixed, masks),
-    ]
-    gap = np.full((unseen.shape[0], _GAP_PX, 3), 255, np.uint8)
-    picture = np.hstack([panels[0], gap, panels[1], gap, panels[2]])
+    depth = np.where(unseen, hatch, depth_colors(observation.depth_m))
+    gap = np.full((len(unseen), _GAP_PX, 3), 255, np.uint8)
+    picture = np.hstack([observation.rgb, gap, depth, gap, np.where(unseen, mixed, masks)])
     if max_width_px is None or picture.shape[1] <= max_width_px:
         return picture
     height = max(1, round(picture.shape[0] * max_width_px / picture.shape[1]))
@@ -50,8 +47,3 @@ def depth_colors(depth_m: Float32[np.ndarray, "h w"]) -> UInt8[np.ndarray, "h w 
     rank = np.interp(depth_m, np.percentile(read, shares), shares / 100)
     turbo = cv2.applyColorMap(np.rint(250 - 225 * rank).astype(np.uint8), cv2.COLORMAP_TURBO)
     return np.ascontiguousarray(turbo[..., ::-1])
-
-
-def _hatch(shape: tuple[int, ...]) -> UInt8[np.ndarray, "h w 3"]:
-    rows, cols = np.mgrid[: shape[0], : shape[1]]
-    return _HATCH[((rows + cols) // (_HATCH_PX // 2) % 2).astype(int)]

@@ -1,13 +1,14 @@
-"""Where a real camera is: from the workspace, as the user says, or estimated from the support in the picture."""
+"""Where a real camera is: from the workspace, as the user says, or estimated from the support in the picture.
 
-import json
+A finished calibration of easy_handeye (ROS 1, .yaml) or easy_handeye2 (ROS 2, .calib) says it too. Its transform is the
+pose of `tracking_base_frame` in `robot_base_frame` (eye on base), or in `robot_effector_frame` (eye in hand).
+"""
+
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from torc import InputError, Observation
 from torc.geometry.transforms import Pose
@@ -18,12 +19,11 @@ from torc.pipeline.frames.level import level_pose
 from torc.pipeline.frames.plausibility import check_pose
 from torc.pipeline.frames.values import parse_pose
 from torc.workspace.description import Workspace
-from torc_lab.cameras.easy_handeye import is_easy_handeye, pose_of_easy_handeye
 
 WORKSPACE, LEVEL = "workspace", "level"
 ON_HAND = "T_tool0_camera"
 """What a calibration of a camera on the hand holds."""
-_MAX_BYTES = 100_000
+_MAX_BYTES = 2_000_000
 _HOW = (
     "Give --camera.pose level (estimated from the support in each picture), workspace (the camera's pose in the "
     "workspace file), 16 numbers (T_world_camera, row by row, commas between them), or a YAML or JSON file with "
@@ -40,12 +40,14 @@ def read_pose(given: str | Sequence[float], workspace: Workspace) -> Pose | None
         return None
     if given == WORKSPACE:
         return workspace.camera.T_world_camera
-    numbers = _numbers(given)
-    if numbers is None:
+    try:
+        texts = re.split(r"[\s,]+", given.strip("[]() \n")) if isinstance(given, str) else given
+        numbers = [float(v) for v in texts]
+    except ValueError:
         return _pose_of_file(Path(str(given)))
     if len(numbers) != 16:
         raise InputError(f"The camera's pose has {len(numbers)} numbers, not 16. {_HOW}")
-    return _checked("The setting camera.pose", np.reshape(numbers, (4, 4)).tolist())
+    return checked_pose("The setting camera.pose", numbers, _HOW)
 
 
 def placed(observation: Observation, pose: Pose | None) -> Observation:
@@ -61,33 +63,39 @@ def placed(observation: Observation, pose: Pose | None) -> Observation:
     return replace(observation, T_world_camera=level_pose(seen), pose_estimated=True)
 
 
-def _numbers(given: str | Sequence[float]) -> list[float] | None:
-    """The numbers of a list, or of a text of numbers; None for other text."""
-    if not isinstance(given, str):
-        return [float(v) for v in given]
+def read_mapping(path: Path, what: str, how: str) -> dict[Any, Any]:
+    """The mapping in a YAML or JSON file, which is YAML too. `what` and `how` are for errors. Raises InputError."""
+    return parse_plain_yaml(read_plain_text(path, _MAX_BYTES, what), str(path), what, _MAX_BYTES, how)
+
+
+def checked_pose(where: str, given: Any, how: str) -> Pose:
+    """A pose as `parse_pose` takes it, or in a transform of ROS. Raises InputError, which begins with `where`."""
     try:
-        return [float(v) for v in re.split(r"[\s,]+", given.strip("[]() \n"))]
-    except ValueError:
-        return None
+        is_ros = isinstance(given, Mapping) and "position" not in given
+        pose = parse_pose(_parts_of_ros(given) if is_ros else given)
+    except (ValueError, TypeError) as error:
+        raise InputError(f"{where}: {error}. {how}") from None
+    check_pose(where, pose)
+    return pose
+
+
+def _parts_of_ros(content: Mapping[Any, Any]) -> dict[str, Any]:
+    """Position and quaternion of x..qw on one level, or of a translation and a rotation. Raises ValueError."""
+    nested = content.get("transformation", content.get("transform", content))
+    try:
+        turn = nested["rotation"] if "rotation" in nested else {a: nested[f"q{a}"] for a in "xyzw"}
+        shift = nested.get("translation", nested)
+        return {"position": [shift[a] for a in "xyz"], "xyzw": [turn[a] for a in "xyzw"]}
+    except (AttributeError, KeyError, TypeError):
+        raise ValueError(
+            "need position (3) and wxyz (4), or x, y, z, qx, qy, qz, qw, or a translation and a rotation"
+        ) from None
 
 
 def _pose_of_file(path: Path) -> Pose:
     if path.suffix not in (".yaml", ".yml", ".json", ".calib"):
         raise InputError(f"'{path}' says nothing about where the camera is. {_HOW}")
-    text = read_plain_text(path, _MAX_BYTES, "the camera's pose")
-    if path.suffix == ".json":
-        try:
-            data = json.loads(text)
-        except (ValueError, RecursionError) as error:
-            raise InputError(f"{path} is not readable JSON: {error}. {_HOW}") from error
-    else:
-        data = parse_plain_yaml(text, str(path), "camera pose", _MAX_BYTES, _HOW)
-    if not isinstance(data, dict):
-        raise InputError(f"{path} holds no camera pose. {_HOW}")
-    if is_easy_handeye(data):
-        pose = pose_of_easy_handeye(str(path), data)
-        check_pose(str(path), pose)
-        return pose
+    data = read_mapping(path, "camera pose", _HOW)
     if ON_HAND in data and "T_world_camera" not in data:
         raise InputError(
             f"{path} holds {ON_HAND}, the pose of a camera on the hand in the flange's frame. It moves with the arm, "
@@ -95,13 +103,25 @@ def _pose_of_file(path: Path) -> Pose:
             "`torc lab calibrate --mount fixed`, or use --camera.pose level."
         )
     given = next((data[k] for k in ("T_world_camera", "camera_pose") if k in data), data)
-    return _checked(str(path), given)
+    if any(isinstance(data.get(name), dict) for name in ("transformation", "transform")):
+        _check_frames(path, data)
+    elif given is data and "position" not in data:  # nor would anybody know in which frame it is
+        raise InputError(f"{path} holds no camera pose. {_HOW}")
+    return checked_pose(str(path), given, _HOW)
 
 
-def _checked(where: str, given: Any) -> Pose:
-    try:
-        pose = parse_pose(given)
-    except ValueError as error:
-        raise InputError(f"{where}: {error}. {_HOW}") from error
-    check_pose(where, pose)
-    return pose
+def _check_frames(path: Path, content: Mapping[Any, Any]) -> None:
+    """Raises InputError for a calibration of easy_handeye whose transform is not the camera's pose in the world."""
+    about = content.get("parameters")
+    about = about if isinstance(about, dict) else content
+    kind = about.get("calibration_type", about.get("eye_on_hand"))
+    tracking, base = (str(about.get(f"{name}_base_frame", "")) for name in ("tracking", "robot"))
+    if kind in ("eye_on_base", False) and "optical" in tracking and base.strip("/") == "world":
+        return
+    raise InputError(
+        f"{path}: camera.pose needs a camera that is fixed, not on the hand (eye_on_hand: false, or calibration_type: "
+        "eye_on_base), its optical frame (z forward, x right, y down) as tracking_base_frame, and the workspace's "
+        f"world frame as robot_base_frame. The file says {kind}, tracking_base_frame '{tracking}' and robot_base_frame "
+        f"'{base}'. If that is the world frame by another name (`torc lab check` prints where the base stands), write "
+        "robot_base_frame: world in the file; else calibrate again, or use --camera.pose level."
+    )

@@ -6,32 +6,140 @@ of the left infrared camera instead, which depth belongs to, and the observation
 sgbm` can match them. Colour is then missing where depth is.
 """
 
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 from jaxtyping import Float, UInt8
 
-from torc import Observation
-from torc.errors import CameraError
+from torc import InputError, Observation
+from torc.errors import CameraError, MissingDependencyError, extra_remedy
 from torc.geometry.transforms import make_pose
 from torc.records import StereoPair
 from torc.workspace.description import Workspace
 from torc_lab.cameras.base import RealCamera
-from torc_lab.cameras.lens import PinholeMap, brown_conrady, pinhole_map
-from torc_lab.cameras.realsense_device import (
-    FrameSets,
-    Opener,
-    PipelineFrames,
-    RealSenseConfig,
-    realsense_devices,
-    realsense_library,
-)
+from torc_lab.cameras.lens import PinholeMap, pinhole_map, pinhole_matrix
 from torc_lab.cameras.registration import registered_colors, registered_depth
 
+_WAITING = 16
+"""Sets of pictures that may have waited since the last call."""
 _MOST_SETS = 30
 """Sets of pictures that may lack a stream, one after another."""
 _SAME_PX = 0.5
 """The left infrared picture has depth's intrinsics, up to this."""
+
+
+@dataclass(frozen=True)
+class RealSenseConfig:
+    """A RealSense camera.
+
+    Attributes:
+        serial: which one, if several are connected (`torc camera list`).
+        file: a recording (.bag, .db3) in place of a device.
+        width, height, fps: of all streams, pixels and pictures per second; of a recording those that it has.
+        infrared: the stereo pair too, and everything in the left infrared camera's frame.
+        warm_up: pictures to drop after opening, while the exposure settles; none of a recording.
+        timeout_s: how long to wait for a picture.
+        pose: where the camera is: level, workspace, 16 numbers or a file; see torc_lab.cameras.poses.
+    """
+
+    serial: str | int = ""
+    file: str = ""
+    width: int = 640
+    height: int = 480
+    fps: int = 30
+    infrared: bool = False
+    warm_up: int = 15
+    timeout_s: float = 5.0
+    pose: str | tuple[float, ...] = "level"
+
+    def __post_init__(self) -> None:
+        if min(self.width, self.height, self.fps) < 1 or self.warm_up < 0 or not self.timeout_s > 0:
+            raise InputError(
+                "RealSenseConfig: width, height, fps and timeout_s must be above 0, warm_up at least 0."
+            )
+
+
+def realsense_library() -> Any:
+    """pyrealsense2. Raises MissingDependencyError where it cannot be imported."""
+    try:
+        import pyrealsense2
+    except ImportError as error:
+        what, remedy = "pyrealsense2, for RealSense cameras,", extra_remedy("realsense")
+        if "libusb" in str(error):
+            what, remedy = "libusb, which pyrealsense2 needs,", "apt-get install libusb-1.0-0"
+        raise MissingDependencyError(what, remedy) from error
+    return pyrealsense2
+
+
+class PipelineFrames:
+    """The streams of a device or a recording: all of the camera that software devices do without."""
+
+    def __init__(self, config: RealSenseConfig) -> None:
+        """Starts the streams. Raises CameraError, MissingDependencyError."""
+        rs, c = realsense_library(), config
+        self._config, self._pipeline, wanted = config, rs.pipeline(), rs.config()
+        if config.file and not Path(config.file).is_file():
+            raise CameraError(f"There is no recording '{config.file}'. Give --camera.file a .bag or .db3.")
+        if not config.file and not RealSenseCamera.devices():  # librealsense would wait a quarter of a minute
+            raise CameraError(
+                "RealSense: no camera is connected. Plug it into a USB 3 port; a user without root needs "
+                "librealsense's udev rules for it."
+            )
+        try:
+            if config.file:
+                wanted.enable_device_from_file(config.file, repeat_playback=False)
+                # As fast as pictures are asked for. Under load librealsense may leave out the first ones.
+                profile = wanted.resolve(rs.pipeline_wrapper(self._pipeline))
+                profile.get_device().as_playback().set_real_time(False)
+            else:
+                if c.serial:
+                    wanted.enable_device(str(c.serial))
+                wanted.enable_stream(rs.stream.color, c.width, c.height, rs.format.rgb8, c.fps)
+                wanted.enable_stream(rs.stream.depth, c.width, c.height, rs.format.z16, c.fps)
+                for index in (1, 2) if c.infrared else ():
+                    wanted.enable_stream(rs.stream.infrared, index, c.width, c.height, rs.format.y8, c.fps)
+            self._pipeline.start(wanted)
+        except RuntimeError as error:
+            if c.file:
+                raise CameraError(
+                    f"RealSense: '{c.file}' is no recording that can be read: {error}"
+                ) from error
+            connected = "; ".join(RealSenseCamera.devices())
+            raise CameraError(
+                f"RealSense: the streams cannot be opened: {error}. Connected are: {connected}. Is --camera.serial one "
+                f"of these? {c.width}x{c.height} at {c.fps} per second may be more than the camera or its USB port "
+                "has: change --camera.width, --camera.height or --camera.fps. Or another program uses the camera."
+            ) from error
+
+    def wait(self) -> Any:
+        """The next set of pictures (an `rs.composite_frame`); of a device the first whose exposure began after the
+        call. Raises CameraError if none comes.
+        """
+        timeout_ms = max(1, round(1000 * self._config.timeout_s))
+        try:
+            if not self._config.file:
+                for _ in range(_WAITING):
+                    if not self._pipeline.poll_for_frames():
+                        break
+                # The one under way may have begun before.
+                self._pipeline.wait_for_frames(timeout_ms)
+            return self._pipeline.wait_for_frames(timeout_ms)
+        except RuntimeError as error:
+            ended = "the recording is at its end, or lacks a stream"
+            gone = "is the camera still connected, by a USB 3 cable?"
+            raise CameraError(
+                f"RealSense: no picture within {self._config.timeout_s:g} s: {ended if self._config.file else gone} "
+                f"({error})"
+            ) from error
+
+    def close(self) -> None:
+        """Stops the streams."""
+        with suppress(RuntimeError):  # it was unplugged
+            self._pipeline.stop()
 
 
 class RealSenseCamera(RealCamera):
@@ -41,41 +149,35 @@ class RealSenseCamera(RealCamera):
 
     @classmethod
     def check_library(cls) -> None:
-        """Raise MissingDependencyError without pyrealsense2."""
         realsense_library()
 
     @classmethod
     def devices(cls) -> list[str]:
-        """Return the connected devices."""
-        return realsense_devices()
+        """Return name and serial number of each connected camera."""
+        rs = realsense_library()
+        facts = rs.camera_info.name, rs.camera_info.serial_number
+        return [", serial ".join(d.get_info(f) for f in facts) for d in rs.context().query_devices()]
 
     def __init__(
         self,
         config: RealSenseConfig | None = None,
         workspace: Workspace | None = None,
-        open_frames: Opener = PipelineFrames,
+        open_frames: Callable[[RealSenseConfig], PipelineFrames] = PipelineFrames,
     ) -> None:
         """`open_frames` opens the device."""
         self.config = RealSenseConfig() if config is None else config
         super().__init__(self.config.pose, workspace)
         self._open = open_frames
-        self._frames: FrameSets | None = None
         self._lenses: dict[str, PinholeMap | None] = {}
 
-    def close(self) -> None:
-        """Frees the device; the next capture opens it again."""
-        frames, self._frames = self._frames, None
-        if frames is not None:
-            frames.close()
-
     def _shoot(self) -> Observation:
-        if self._frames is None:
-            self._frames = self._open(self.config)
+        if self._device is None:
+            self._device = self._open(self.config)
             for _ in range(0 if self.config.file else self.config.warm_up):
-                self._frames.wait()
-        return self._observation(self._complete(self._frames))
+                self._device.wait()
+        return self._observation(self._complete(self._device))
 
-    def _complete(self, source: FrameSets) -> Any:
+    def _complete(self, source: PipelineFrames) -> Any:
         """The next set with all streams: the first ones after opening may lack some."""
         missing = [""]
         for _ in range(_MOST_SETS):
@@ -87,7 +189,7 @@ class RealSenseCamera(RealCamera):
             if not missing:
                 return frames
         raise CameraError(
-            f"{self.what}: its pictures lack {', '.join(missing)}. Choose a camera, or a recording, with these streams"
+            f"RealSense: its pictures lack {', '.join(missing)}. Choose a camera, or a recording, with these streams"
             f"{', or leave out --camera.infrared' if self.config.infrared else ''}."
         )
 
@@ -96,15 +198,14 @@ class RealSenseCamera(RealCamera):
         unit_m = float(depth.get_units())
         if not 1e-6 <= unit_m <= 0.1:
             raise CameraError(
-                f"{self.what}: its unit of depth is {unit_m} m, which cannot be. Reset the camera."
+                f"RealSense: its unit of depth is {unit_m} m: that cannot be. Reset the camera."
             )
         rgb, depth_m = _pixels(color), np.asanyarray(depth.get_data()) * np.float32(unit_m)
-        of_color, of_depth = (f.profile.as_video_stream_profile().intrinsics for f in (color, depth))
-        if (lens := self._ideal(of_color)) is not None:
+        if (lens := self._ideal(color)) is not None:
             rgb = lens.colors(rgb)
-        if (lens := self._ideal(of_depth)) is not None:
+        if (lens := self._ideal(depth)) is not None:
             depth_m = lens.depth(depth_m)
-        K, K_depth, T = _matrix(of_color), _matrix(of_depth), _extrinsics(depth, color)
+        K, K_depth, T = _matrix(color), _matrix(depth), _extrinsics(depth, color)
         if self.config.infrared:
             rgb, K = registered_colors(rgb, K, depth_m, K_depth, T), K_depth
         else:
@@ -119,19 +220,37 @@ class RealSenseCamera(RealCamera):
             pair=_pair(frames) if self.config.infrared else None,
         )
 
-    def _ideal(self, intrinsics: Any) -> PinholeMap | None:
-        """The map that takes a lens's distortion out; made once."""
-        key = f"{intrinsics} {intrinsics.coeffs}"
-        if key not in self._lenses:
-            self._lenses[key] = _lens_map(intrinsics)
+    def _ideal(self, frame: Any) -> PinholeMap | None:
+        """The map that takes a lens's distortion out; made once. The lens is as librealsense's own projection has it
+        (rs2_project_point_to_pixel): it treats the "inverse" model as the modified one.
+        """
+        import pyrealsense2 as rs
+
+        intrinsics = _intrinsics(frame)
+        key, model = f"{intrinsics} {intrinsics.coeffs}", intrinsics.model
+        if key in self._lenses:
+            return self._lenses[key]
+        modified = (rs.distortion.modified_brown_conrady, rs.distortion.inverse_brown_conrady)
+        ideal = model == rs.distortion.none or not any(intrinsics.coeffs)
+        if not ideal and model not in (*modified, rs.distortion.brown_conrady):
+            raise CameraError(
+                f"RealSense: its lens has the distortion model {model}, which torc does not know. It knows those of "
+                "D400 and L500 cameras."
+            )
+        coefficients = np.zeros(5) if ideal else np.array(intrinsics.coeffs, dtype=float)
+        shape = intrinsics.height, intrinsics.width
+        self._lenses[key] = pinhole_map(_matrix(frame), shape, coefficients, model in modified)
         return self._lenses[key]
 
 
-def _matrix(intrinsics: Any) -> Float[np.ndarray, "3 3"]:
+def _intrinsics(frame: Any) -> Any:
+    return frame.profile.as_video_stream_profile().intrinsics
+
+
+def _matrix(frame: Any) -> Float[np.ndarray, "3 3"]:
     """K, pixels; librealsense too has pixel centres at integer coordinates."""
-    return np.array(
-        [[intrinsics.fx, 0, intrinsics.ppx], [0, intrinsics.fy, intrinsics.ppy], [0, 0, 1]], dtype=float
-    )
+    lens = _intrinsics(frame)
+    return pinhole_matrix(lens.fx, lens.fy, lens.ppx, lens.ppy)
 
 
 def _extrinsics(depth: Any, color: Any) -> Float[np.ndarray, "4 4"]:
@@ -140,50 +259,25 @@ def _extrinsics(depth: Any, color: Any) -> Float[np.ndarray, "4 4"]:
         found = depth.profile.get_extrinsics_to(color.profile)
     except RuntimeError as error:
         raise CameraError(f"RealSense: where its cameras are is not known: {error}") from error
-    return make_pose(
-        np.reshape(found.rotation, (3, 3)).T, found.translation
-    )  # librealsense's is column-major
-
-
-def _lens_map(intrinsics: Any) -> PinholeMap | None:
-    """The lens as librealsense's own projection has it (rs2_project_point_to_pixel): it treats the "inverse" model as
-    the modified one.
-    """
-    import pyrealsense2 as rs
-
-    model, coefficients = intrinsics.model, np.array(intrinsics.coeffs, dtype=float)
-    if not coefficients.any() or model == rs.distortion.none:
-        return None
-    modified = (rs.distortion.modified_brown_conrady, rs.distortion.inverse_brown_conrady)
-    if model not in (*modified, rs.distortion.brown_conrady):
-        raise CameraError(
-            f"RealSense: its lens has the distortion model {model}, which torc does not know. It knows those of D400 "
-            "and L500 cameras."
-        )
-    shape = intrinsics.height, intrinsics.width
-    return pinhole_map(_matrix(intrinsics), shape, brown_conrady(coefficients, model in modified))
+    # librealsense's is column-major.
+    return make_pose(np.reshape(found.rotation, (3, 3)).T, found.translation)
 
 
 def _pixels(color: Any) -> UInt8[np.ndarray, "h w 3"]:
     """A copy of a colour frame, red first."""
-    import pyrealsense2 as rs
-
-    order = {rs.format.rgb8: (0, 1, 2), rs.format.bgr8: (2, 1, 0)}
-    order |= {rs.format.rgba8: (0, 1, 2), rs.format.bgra8: (2, 1, 0)}
-    found = color.profile.format()
-    if found not in order:
+    found = color.profile.format().name
+    if found not in ("rgb8", "bgr8", "rgba8", "bgra8"):
         raise CameraError(f"RealSense: its colour pictures are {found}. Record them as RGB8 or BGR8.")
-    return np.ascontiguousarray(np.asanyarray(color.get_data())[..., order[found]])
+    pixels = np.asanyarray(color.get_data())[..., :3]
+    return pixels[..., ::-1].copy() if found.startswith("bgr") else pixels.copy()
 
 
 def _pair(frames: Any) -> StereoPair:
     """The infrared pictures; the left camera is the one that depth belongs to."""
     left, right = frames.get_infrared_frame(1), frames.get_infrared_frame(2)
-    of_left, of_depth = (
-        f.profile.as_video_stream_profile().intrinsics for f in (left, frames.get_depth_frame())
-    )
-    sizes = {(f.get_width(), f.get_height()) for f in (left, right, frames.get_depth_frame())}
-    if len(sizes) > 1 or np.abs(_matrix(of_left) - _matrix(of_depth)).max() > _SAME_PX:
+    depth = frames.get_depth_frame()
+    sizes = {(f.get_width(), f.get_height()) for f in (left, right, depth)}
+    if len(sizes) > 1 or np.abs(_matrix(left) - _matrix(depth)).max() > _SAME_PX:
         raise CameraError(
             "RealSense: its infrared pictures have not depth's size and intrinsics. Use the same resolution for both, "
             "or leave out --camera.infrared."

@@ -9,6 +9,8 @@ import cv2
 import numpy as np
 from jaxtyping import Float, Float32, UInt8
 
+from torc.geometry.transforms import unproject
+
 _MOST_PX = 8
 """Pixels of the new picture that one pixel of the old one covers, along a side."""
 _HAIR_PX = 0.25
@@ -37,9 +39,9 @@ def registered_depth(
     far_first = np.argsort(-depth_m[rows, cols])
     rows, cols = rows[far_first], cols[far_first]
     z = depth_m[rows, cols].astype(np.float64)
-    middle = _moved(rows, cols, z, K, T_other_this)[:, 2]
+    middle = unproject(rows, cols, z, K, T_other_this)[:, 2]
     # The half-open rectangle between two opposite corners, as both cameras are nearly parallel.
-    low, high = (_pixels(_moved(rows + d, cols + d, z, K, T_other_this), K_other) for d in (-0.5, 0.5))
+    low, high = (_pixels(unproject(rows + d, cols + d, z, K, T_other_this), K_other) for d in (-0.5, 0.5))
     low, high = np.minimum(low, high), np.maximum(low, high)
     low[middle <= 0] = high[middle <= 0] = -1.0
     out = _covered(low, high, middle, shape)
@@ -80,20 +82,11 @@ def registered_colors(
     camera does not see it. The arguments are as those of `registered_depth`.
     """
     rows, cols = np.mgrid[: depth_m.shape[0], : depth_m.shape[1]]
-    points = _moved(rows.ravel(), cols.ravel(), depth_m.ravel().astype(np.float64), K, T_other_this)
-    read = (depth_m.ravel() > 0) & (points[:, 2] > 0)
-    pixels = np.full((len(points), 2), -10.0)
-    pixels[read] = _pixels(points[read], K_other)
-    where = pixels.astype(np.float32).reshape(*depth_m.shape, 2)
+    points = unproject(rows, cols, depth_m.astype(np.float64), K, T_other_this)
+    read = (depth_m > 0) & (points[..., 2] > 0)
+    where = np.full((*depth_m.shape, 2), -10.0, np.float32)
+    where[read] = _pixels(points[read], K_other)
     return np.asarray(cv2.remap(rgb, where[..., 0], where[..., 1], cv2.INTER_LINEAR), np.uint8)
-
-
-def _moved(
-    rows: np.ndarray, cols: np.ndarray, z: np.ndarray, K: np.ndarray, T: np.ndarray
-) -> Float[np.ndarray, "n 3"]:
-    """Points at pixels and depths, in the other camera's frame."""
-    points = np.stack([(cols - K[0, 2]) / K[0, 0] * z, (rows - K[1, 2]) / K[1, 1] * z, z], axis=-1)
-    return np.asarray(points @ T[:3, :3].T + T[:3, 3])
 
 
 def _pixels(points: Float[np.ndarray, "n 3"], K: np.ndarray) -> Float[np.ndarray, "n 2"]:

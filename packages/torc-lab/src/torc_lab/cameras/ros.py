@@ -8,7 +8,7 @@ import time
 from contextlib import ExitStack
 from dataclasses import dataclass
 from importlib.util import find_spec
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -17,16 +17,13 @@ from torc.errors import CameraError, MissingDependencyError, extra_remedy
 from torc.workspace.description import Workspace
 from torc_lab.cameras.base import RealCamera
 from torc_lab.cameras.ros_messages import RosImage, RosLens, read_image, read_lens
-from torc_lab.rosbridge.client import Rosbridge, RosbridgeError
-from torc_lab.rosbridge.topics import published
+from torc_lab.rosbridge.client import Newest, Rosbridge, RosbridgeError
 
 _PICTURES = tuple(
     f"sensor_msgs/{form}{kind}"
     for kind in ("Image", "CompressedImage", "CameraInfo")
     for form in ("", "msg/")
 )
-_MOST_PICTURES = 200
-"""To look through for two of one moment."""
 
 
 @dataclass(frozen=True)
@@ -57,8 +54,6 @@ class RosConfig:
     def __post_init__(self) -> None:
         if not (self.max_lag_s >= 0 and self.timeout_s > 0):
             raise InputError("RosConfig: timeout_s must be above 0, max_lag_s at least 0.")
-        if len({self.color, self.depth, self.info}) < 3:
-            raise InputError("RosConfig: color, depth and info are three topics; two of them are the same.")
 
 
 class RosCamera(RealCamera):
@@ -68,29 +63,21 @@ class RosCamera(RealCamera):
 
     @classmethod
     def check_library(cls) -> None:
-        """Raise MissingDependencyError without websockets."""
         if find_spec("websockets") is None:
             raise MissingDependencyError("websockets, for rosbridge,", extra_remedy("ros"))
 
     def __init__(self, config: RosConfig | None = None, workspace: Workspace | None = None) -> None:
         self.config = RosConfig() if config is None else config
         super().__init__(self.config.pose, workspace)
-        self._bridge: Rosbridge | None = None
-
-    def close(self) -> None:
-        """Ends the connection; the next capture makes a new one."""
-        bridge, self._bridge = self._bridge, None
-        if bridge is not None:
-            bridge.close()
 
     def _shoot(self) -> Observation:
         c = self.config
         try:
-            if self._bridge is None:
-                self._bridge = Rosbridge(c.url, c.timeout_s)
-            info, color, depth = self._messages(self._bridge)
+            if self._device is None:
+                self._device = Rosbridge(c.url, c.timeout_s)
+            info, color, depth = self._messages(self._device)
         except RosbridgeError as error:
-            there = published(self._bridge, _PICTURES) if self._bridge is not None else ""
+            there = "" if self._device is None else self._device.published(_PICTURES)
             raise CameraError(f"{self.what}: {error}{there}") from error
         return self._observation(color, depth, read_lens(c.info, info, c.rectified))
 
@@ -99,39 +86,33 @@ class RosCamera(RealCamera):
         c, deadline = self.config, time.monotonic() + self.config.timeout_s
         with ExitStack() as stack:
             info, color, depth = (
-                stack.enter_context(_Newest(bridge, t, deadline)) for t in (c.info, c.color, c.depth)
+                stack.enter_context(Newest(bridge, t, deadline)) for t in (c.info, c.color, c.depth)
             )
             return info.message(), *self._of_one_moment(color, depth)
 
-    def _of_one_moment(self, color: "_Newest", depth: "_Newest") -> tuple[RosImage, RosImage]:
+    def _of_one_moment(self, color: Newest, depth: Newest) -> tuple[RosImage, RosImage]:
         """The first colour and depth picture that are no further apart than max_lag_s."""
-        pictures = [read_image(source.topic, source.message()) for source in (color, depth)]
-        for _ in range(_MOST_PICTURES):
-            apart_s = pictures[0].stamp_s - pictures[1].stamp_s
-            if abs(apart_s) <= self.config.max_lag_s:
-                return pictures[0], pictures[1]
-            older = 0 if apart_s < 0 else 1
-            source = (color, depth)[older]
+        sources = color, depth
+        pictures = [read_image(source.topic, source.message()) for source in sources]
+        while (apart_s := abs(pictures[0].stamp_s - pictures[1].stamp_s)) > self.config.max_lag_s:
+            older = int(pictures[1].stamp_s < pictures[0].stamp_s)
             try:
-                pictures[older] = read_image(source.topic, source.message())
+                pictures[older] = read_image(sources[older].topic, sources[older].message())
             except RosbridgeError as error:
                 raise RosbridgeError(
-                    f"{error} Its last picture is {abs(apart_s):.3f} s older than the other's, more than "
-                    f"--camera.max-lag-s {self.config.max_lag_s:g}."
+                    f"{error} Its last picture is {apart_s:.3f} s older than the other's, more than --camera.max-lag-s "
+                    f"{self.config.max_lag_s:g}. Do their clocks agree? Else raise that: the scene is at rest."
                 ) from error
-        raise RosbridgeError(
-            f"{self.what}: {color.topic} and {depth.topic} never show one moment: {abs(apart_s):.3f} s lie between "
-            "them. Do their clocks agree? Else raise --camera.max-lag-s: the scene is at rest."
-        )
+        return pictures[0], pictures[1]
 
     def _observation(self, color: RosImage, depth: RosImage, lens: RosLens) -> Observation:
         c, rgb, depth_m = self.config, color.colors(), depth.depth_m()
-        sizes = {name: p.shape[1::-1] for name, p in ((c.color, rgb), (c.depth, depth_m))}
-        if set(sizes.values()) != {(lens.width, lens.height)}:
-            told = ", ".join(f"{name} {w}x{h}" for name, (w, h) in sizes.items())
+        sizes = {c.color: rgb.shape[1::-1], c.depth: depth_m.shape[1::-1], c.info: (lens.width, lens.height)}
+        if len(set(sizes.values())) > 1:
             raise InputError(
-                f"{self.what}: sizes differ: {told}, {c.info} {lens.width}x{lens.height} pixels. Register depth to the "
-                "colour picture (realsense-ros: align_depth; else depth_image_proc/register), and give its topic."
+                f"{self.what}: sizes differ: {', '.join(f'{topic} {w}x{h}' for topic, (w, h) in sizes.items())} "
+                "pixels. Register depth to the colour picture (realsense-ros: align_depth; else "
+                "depth_image_proc/register), and give its topic."
             )
         if c.same_frame and color.frame_id != depth.frame_id:
             raise InputError(
@@ -142,26 +123,3 @@ class RosCamera(RealCamera):
         if lens.ideal is not None:
             rgb, depth_m = lens.ideal.colors(rgb), lens.ideal.depth(depth_m)
         return Observation(rgb, depth_m, lens.K, np.eye(4), np.zeros(0), color.stamp_s)
-
-
-class _Newest:
-    """Messages of one topic, each newer than the one before; subscribed to during a `with`."""
-
-    def __init__(self, bridge: Rosbridge, topic: str, deadline: float) -> None:
-        self.topic = topic
-        self._bridge, self._deadline, self._wish = bridge, deadline, ""
-        self._seen = bridge.count(topic)
-
-    def __enter__(self) -> Self:
-        self._wish = self._bridge.subscribe(self.topic)
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if not self._bridge.lost:
-            self._bridge.unsubscribe(self.topic, self._wish)
-
-    def message(self) -> Any:
-        """The newest one as soon as there is one. Raises RosbridgeError."""
-        left_s = max(0.0, self._deadline - time.monotonic())
-        self._seen, found = self._bridge.receive(self.topic, self._seen, left_s, self._wish)
-        return found

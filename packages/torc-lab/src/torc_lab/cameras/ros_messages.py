@@ -1,9 +1,9 @@
 """sensor_msgs/Image, CompressedImage and CameraInfo as rosbridge gives them, in the forms of ROS 1 and of ROS 2."""
 
 import base64
-import binascii
 import struct
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +12,8 @@ import numpy as np
 from jaxtyping import Float, Float32, UInt8
 
 from torc import InputError
-from torc_lab.cameras.lens import PinholeMap, brown_conrady, pinhole_map
+from torc_lab.cameras.lens import PinholeMap, pinhole_map
+from torc_lab.ros.messages import stamp_of
 
 _PIXELS: Mapping[str, tuple[str, int]] = {
     "rgb8": ("u1", 3),
@@ -26,8 +27,6 @@ _PIXELS: Mapping[str, tuple[str, int]] = {
 }
 """Type and number of channels, by encoding."""
 _MODELS = ("", "plumb_bob", "rational_polynomial")
-_MOST_SIDE_PX = 8192
-_MILLIMETRES = ("16UC1", "mono16")
 _DEPTH_HEADER = struct.Struct("<iff")
 """In front of the PNG of compressed depth: a format number, then the two parameters of quantized metres."""
 
@@ -58,16 +57,14 @@ class RosImage:
         return np.ascontiguousarray(self.pixels[..., :3][..., ::order])
 
     def depth_m(self) -> Float32[np.ndarray, "h w"]:
-        """Metres: 16UC1 and mono16 are in millimetres, 32FC1 in metres (REP 118); 0 for no reading, which NaN and
-        infinity mean there. Raises InputError for a colour picture.
+        """Metres: 16UC1 and mono16 are in millimetres, 32FC1 in metres, with NaN and infinity for no reading (REP 118).
+        Raises InputError for a colour picture.
         """
         if self.pixels.ndim != 2 or self.encoding == "mono8":
             raise InputError(
                 f"{self.topic} is {self.encoding}, not depth: give --camera.depth a depth picture."
             )
-        if self.encoding in _MILLIMETRES:
-            return self.pixels.astype(np.float32) * np.float32(0.001)
-        return np.nan_to_num(self.pixels.astype(np.float32), nan=0.0, posinf=0.0, neginf=0.0)
+        return self.pixels.astype(np.float32) * np.float32(1.0 if self.encoding == "32FC1" else 0.001)
 
 
 @dataclass(frozen=True)
@@ -82,40 +79,41 @@ class RosLens:
     ideal: PinholeMap | None
 
 
+@contextmanager
+def _reading(topic: str) -> Iterator[None]:
+    """One error for whatever is wrong with the form of a message."""
+    try:
+        yield
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError, cv2.error) as error:
+        raise InputError(
+            f"{topic}: its message is not one of sensor_msgs of ROS 1 or ROS 2, or was cut ({type(error).__name__}: "
+            f"{str(error)[:200]}). Is this the right topic?"
+        ) from error
+
+
 def read_image(topic: str, message: Any) -> RosImage:
     """A sensor_msgs/Image or CompressedImage. Raises InputError for another message, an encoding that is not known, and
     sizes that do not fit the data.
     """
-    if isinstance(message, dict) and "format" in message and "encoding" not in message:
-        return _decompressed(topic, message)
-    height, width, step = (_whole(topic, message, k) for k in ("height", "width", "step"))
-    encoding, data = (_entry(topic, message, k) for k in ("encoding", "data"))
-    if encoding not in _PIXELS:
-        raise InputError(
-            f"{topic} has the encoding {str(encoding)[:40]!r}; known are {', '.join(_PIXELS)}. Set the driver to one "
-            "of these, or give the topic of a converted picture."
-        )
-    kind, channels = _PIXELS[encoding]
-    type_ = np.dtype(kind).newbyteorder(">" if _entry(topic, message, "is_bigendian") else "<")
-    row = width * channels * type_.itemsize
-    raw = _bytes(topic, data)
-    if not 0 < width <= _MOST_SIDE_PX or not 0 < height <= _MOST_SIDE_PX or step < row:
-        raise InputError(f"{topic}: {width}x{height} pixels of {encoding} do not fit rows of {step} bytes.")
-    if len(raw) != step * height:
-        raise InputError(
-            f"{topic}: {height} rows of {step} bytes make {step * height} bytes, but there are {len(raw)}. Was the "
-            "message cut?"
-        )
-    rows = np.frombuffer(raw, np.uint8).reshape(height, step)[:, :row]  # rows may be padded
-    pixels = np.ascontiguousarray(rows).view(type_).astype(type_.newbyteorder("="))
-    header = _entry(topic, message, "header")
-    return RosImage(
-        topic=topic,
-        encoding=encoding,
-        pixels=pixels.reshape((height, width, channels) if channels > 1 else (height, width)),
-        stamp_s=_seconds(topic, _entry(topic, header, "stamp")),
-        frame_id=str(_entry(topic, header, "frame_id")).lstrip("/"),
-    )
+    with _reading(topic):
+        data = base64.b64decode(message["data"], validate=True)
+        stamp_s, frame_id = stamp_of(message) or 0.0, str(message["header"]["frame_id"]).lstrip("/")
+        if "format" in message and "encoding" not in message:
+            return RosImage(topic, *_decompressed(topic, message["format"], data), stamp_s, frame_id)
+        encoding = message["encoding"]
+        if encoding not in _PIXELS:
+            raise InputError(
+                f"{topic} has the encoding {str(encoding)[:40]!r}; known are {', '.join(_PIXELS)}. Set the driver to "
+                "one of these, or give the topic of a converted picture."
+            )
+        kind, channels = _PIXELS[encoding]
+        type_ = np.dtype(kind).newbyteorder(">" if message["is_bigendian"] else "<")
+        height, width, step = (int(message[k]) for k in ("height", "width", "step"))
+        # Rows may be padded.
+        rows = np.frombuffer(data, np.uint8).reshape(height, step)[:, : width * channels * type_.itemsize]
+        shape = (height, width, channels) if channels > 1 else (height, width)
+        pixels = np.ascontiguousarray(rows).view(type_).astype(type_.newbyteorder("=")).reshape(shape)
+        return RosImage(topic, encoding, pixels, stamp_s, frame_id)
 
 
 def read_lens(topic: str, message: Any, rectified: bool) -> RosLens:
@@ -123,102 +121,56 @@ def read_lens(topic: str, message: Any, rectified: bool) -> RosLens:
 
     Raises InputError for another message, a camera without calibration, and a lens that is not known.
     """
-    width, height = (_whole(topic, message, k) for k in ("width", "height"))
-    K = _numbers(topic, message, "K", 9).reshape(3, 3)
-    if rectified:
-        K = _numbers(topic, message, "P", 12).reshape(3, 4)[:, :3]
+    with _reading(topic):
+        width, height, model = int(message["width"]), int(message["height"]), message["distortion_model"]
+        P, K, D = (_numbers(message, name) for name in "PKD")
+        K = P.reshape(3, 4)[:, :3] if rectified else K.reshape(3, 3)
     if K[0, 0] <= 0 or K[1, 1] <= 0:
         raise InputError(f"{topic}: its intrinsics are 0: the camera is not calibrated. Calibrate it in ROS.")
-    coefficients = np.zeros(0) if rectified else _numbers(topic, message, "D")
-    if not coefficients.any():
+    if rectified or not D.any():
         return RosLens(width, height, K, None)
-    model = str(message.get("distortion_model", ""))
-    if model not in _MODELS or len(coefficients) > 8:
+    if model not in _MODELS or len(D) > 8:
         raise InputError(
             f"{topic}: the distortion model {model!r} is not known. Rectify the pictures in ROS (image_proc), give "
             "their topics, and set --camera.rectified true."
         )
-    # Both have OpenCV's order.
-    return RosLens(width, height, K, pinhole_map(K, (height, width), brown_conrady(coefficients)))
+    # ROS has OpenCV's order.
+    return RosLens(width, height, K, pinhole_map(K, (height, width), D))
 
 
-def _decompressed(topic: str, message: Mapping[str, Any]) -> RosImage:
-    """A CompressedImage of image_transport: JPEG or PNG, or a depth picture as PNG behind a header."""
-    form, raw = str(message["format"]), _bytes(topic, _entry(topic, message, "data"))
-    header = _entry(topic, message, "header")
-    about: dict[str, Any] = {
-        "topic": topic,
-        "stamp_s": _seconds(topic, _entry(topic, header, "stamp")),
-        "frame_id": str(_entry(topic, header, "frame_id")).lstrip("/"),
-    }
+def _numbers(message: Any, name: str) -> Float[np.ndarray, "n"]:
+    """A field of CameraInfo: upper case in ROS 1, lower case in ROS 2."""
+    numbers = np.array(message[name if name in message else name.lower()], dtype=float).ravel()
+    if not np.isfinite(numbers).all():
+        raise ValueError(f"{name} has {numbers.tolist()}")
+    return numbers
+
+
+def _decompressed(topic: str, form: str, data: bytes) -> tuple[str, np.ndarray]:
+    """Encoding and pixels of image_transport's JPEG or PNG, or of a depth picture as PNG behind a header."""
     if "compressedDepth" not in form:
         # OpenCV decodes to blue first, whatever the encoding was.
-        return RosImage(encoding="bgr8", pixels=_decoded(topic, raw, cv2.IMREAD_COLOR), **about)
+        return "bgr8", _decoded(data, cv2.IMREAD_COLOR)
     encoding = form.partition(";")[0].strip()
     if "rvl" in form or encoding not in ("16UC1", "32FC1"):
         raise InputError(
             f"{topic} is compressed as {form[:60]!r}; torc reads 16UC1 and 32FC1 as png. Set compressedDepth/format to "
             "png, or give the topic of the plain picture."
         )
-    if len(raw) <= _DEPTH_HEADER.size:
-        raise InputError(f"{topic}: its picture is empty. Was the message cut?")
-    _, a, b = _DEPTH_HEADER.unpack_from(raw)
-    counts = _decoded(topic, raw[_DEPTH_HEADER.size :], cv2.IMREAD_UNCHANGED)
+    counts = _decoded(data[_DEPTH_HEADER.size :], cv2.IMREAD_UNCHANGED)
     if counts.dtype != np.uint16 or counts.ndim != 2:
-        raise InputError(f"{topic}: compressed depth is a grey picture of 16 bits, not {counts.dtype}.")
+        raise ValueError(f"compressed depth is a grey picture of 16 bits, not {counts.dtype}")
     if encoding == "16UC1":
-        return RosImage(encoding=encoding, pixels=counts, **about)
+        return encoding, counts
     # Metres are kept as inverse depth: counts = a / depth + b.
+    _, a, b = _DEPTH_HEADER.unpack_from(data)
     with np.errstate(divide="ignore"):
         depth_m = np.where(counts > 0, a / (counts.astype(np.float32) - np.float32(b)), np.float32(np.nan))
-    return RosImage(encoding=encoding, pixels=depth_m.astype(np.float32), **about)
+    return encoding, depth_m.astype(np.float32)
 
 
-def _decoded(topic: str, raw: bytes, how: int) -> np.ndarray:
-    try:
-        found = cv2.imdecode(np.frombuffer(raw, np.uint8), how)
-    except cv2.error:
-        found = None
-    if found is None or max(found.shape[:2]) > _MOST_SIDE_PX:
-        raise InputError(f"{topic}: its data are not a picture as JPEG or PNG. Was the message cut?")
+def _decoded(data: bytes, how: int) -> np.ndarray:
+    found = cv2.imdecode(np.frombuffer(data, np.uint8), how)
+    if found is None:
+        raise ValueError("the data are not a picture as JPEG or PNG")
     return np.asarray(found)
-
-
-def _bytes(topic: str, data: Any) -> bytes:
-    try:
-        return base64.b64decode(data, validate=True)
-    except (TypeError, ValueError, binascii.Error) as error:
-        raise InputError(f"{topic}: its data are not base64, as rosbridge writes them: {error}.") from error
-
-
-def _entry(topic: str, message: Any, name: str) -> Any:
-    if not isinstance(message, dict) or name not in message:
-        raise InputError(f"{topic}: its messages have no '{name}'. Is this the right topic?")
-    return message[name]
-
-
-def _whole(topic: str, message: Any, name: str) -> int:
-    value = _entry(topic, message, name)
-    if not isinstance(value, int) or isinstance(value, bool):
-        raise InputError(f"{topic}: its '{name}' is {str(value)[:40]!r}, not a whole number.")
-    return value
-
-
-def _numbers(topic: str, message: Any, name: str, count: int | None = None) -> Float[np.ndarray, "n"]:
-    """A field of CameraInfo: upper case in ROS 1, lower case in ROS 2."""
-    values = _entry(topic, message, name if isinstance(message, dict) and name in message else name.lower())
-    try:
-        numbers = np.array(values, dtype=float).ravel()
-    except (TypeError, ValueError):
-        numbers = np.full(1, np.nan)
-    if not np.isfinite(numbers).all() or (count is not None and len(numbers) != count):
-        raise InputError(f"{topic}: its '{name}' is {str(values)[:80]!r}, not {count or 'finite'} numbers.")
-    return numbers
-
-
-def _seconds(topic: str, stamp: Any) -> float:
-    """{secs, nsecs} in ROS 1, {sec, nanosec} in ROS 2."""
-    for whole, rest in (("sec", "nanosec"), ("secs", "nsecs")):
-        if isinstance(stamp, dict) and whole in stamp:
-            return _whole(topic, stamp, whole) + 1e-9 * _whole(topic, stamp, rest)
-    raise InputError(f"{topic}: its stamp is {str(stamp)[:60]!r}, not a time of ROS 1 or ROS 2.")

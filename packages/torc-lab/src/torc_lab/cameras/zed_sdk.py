@@ -10,15 +10,14 @@ from importlib.util import find_spec
 from typing import Any, ClassVar
 
 import numpy as np
-from jaxtyping import Float
 
 from torc import InputError, Observation
 from torc.errors import CameraError, MissingDependencyError
 from torc.records import StereoPair
 from torc.workspace.description import Workspace
 from torc_lab.cameras.base import RealCamera
+from torc_lab.cameras.lens import pinhole_matrix
 
-RESOLUTIONS = ("HD2K", "HD1200", "HD1080", "HD720", "SVGA", "VGA")
 _HOW = "the ZED SDK from https://www.stereolabs.com/developers/release, then its get_python_api.py in this environment"
 
 
@@ -29,7 +28,7 @@ class ZedConfig:
     Attributes:
         serial: which one, if several are connected.
         file: a recording (.svo, .svo2) in place of a device.
-        resolution: a name of sl.RESOLUTION.
+        resolution: a name of sl.RESOLUTION: HD2K, HD1200, HD1080, HD720, SVGA, VGA.
         depth_mode: a name of sl.DEPTH_MODE, such as NEURAL, NEURAL_PLUS, ULTRA, PERFORMANCE.
         min_depth_m: nearer there is no reading.
         pair: both grey pictures too, for another depth stage.
@@ -45,10 +44,6 @@ class ZedConfig:
     pair: bool = False
     warm_up: int = 15
     pose: str | tuple[float, ...] = "level"
-
-    def __post_init__(self) -> None:
-        if self.resolution not in RESOLUTIONS:
-            raise InputError(f"ZedConfig.resolution is '{self.resolution}': choose {', '.join(RESOLUTIONS)}.")
 
 
 def zed_library() -> Any:
@@ -73,45 +68,34 @@ class ZedCamera(RealCamera):
 
     @classmethod
     def check_library(cls) -> None:
-        """Raise MissingDependencyError without the SDK."""
         zed_library()
 
     @classmethod
     def devices(cls) -> list[str]:
-        """Return the connected devices."""
         found = zed_library().Camera.get_device_list()
         return [f"{d.camera_model}, serial {d.serial_number}" for d in found]
 
     def __init__(self, config: ZedConfig | None = None, workspace: Workspace | None = None) -> None:
         self.config = ZedConfig() if config is None else config
         super().__init__(self.config.pose, workspace)
-        self._zed: Any = None
         self._sl: Any = None
 
-    def close(self) -> None:
-        """Frees the device; the next capture opens it again."""
-        zed, self._zed = self._zed, None
-        if zed is not None:
-            zed.close()
-
     def _shoot(self) -> Observation:
-        if self._zed is None:
+        if self._device is None:
             self._open()
-        sl, zed = self._sl, self._zed
+        sl, zed = self._sl, self._device
         for _ in range(1 if self.config.file else 2):  # the picture under way may have begun before the call
             self._grab()
-        rgba, depth = sl.Mat(), sl.Mat()
-        zed.retrieve_image(rgba, sl.VIEW.LEFT)
+        bgra, depth = sl.Mat(), sl.Mat()
+        zed.retrieve_image(bgra, sl.VIEW.LEFT)
         zed.retrieve_measure(depth, sl.MEASURE.DEPTH)
-        rgb = np.ascontiguousarray(
-            rgba.get_data()[..., 2::-1]
-        )  # the SDK has blue first, and a fourth channel
         lenses = zed.get_camera_information().camera_configuration.calibration_parameters
+        left = lenses.left_cam
         return Observation(
-            rgb=rgb,
-            # Not a number: hidden from one camera; infinite: too near or too far. All are no readings.
-            depth_m=np.nan_to_num(np.array(depth.get_data(), np.float32), nan=0.0, posinf=0.0, neginf=0.0),
-            K=_matrix(lenses.left_cam),
+            rgb=np.ascontiguousarray(bgra.get_data()[..., 2::-1]),
+            # Not a number: hidden from one camera; infinite: too near or too far.
+            depth_m=np.array(depth.get_data(), np.float32),
+            K=pinhole_matrix(left.fx, left.fy, left.cx, left.cy),
             T_world_camera=np.eye(4),
             qpos=np.zeros(0),
             stamp_s=zed.get_timestamp(sl.TIME_REFERENCE.IMAGE).get_milliseconds() / 1000,
@@ -122,14 +106,13 @@ class ZedCamera(RealCamera):
         c = self.config
         sl = self._sl = zed_library()
         wanted = sl.InitParameters()
-        for name, values, chosen in (
-            ("camera_resolution", sl.RESOLUTION, c.resolution),
-            ("depth_mode", sl.DEPTH_MODE, c.depth_mode),
-        ):
-            value = getattr(values, chosen, None)
-            if value is None:
-                raise InputError(f"This version of the ZED SDK has no {name} '{chosen}'.")
-            setattr(wanted, name, value)
+        try:
+            wanted.camera_resolution = getattr(sl.RESOLUTION, c.resolution)
+            wanted.depth_mode = getattr(sl.DEPTH_MODE, c.depth_mode)
+        except AttributeError:
+            raise InputError(
+                f"This version of the ZED SDK has no resolution '{c.resolution}', or no depth_mode '{c.depth_mode}'."
+            ) from None
         wanted.coordinate_units = sl.UNIT.METER
         wanted.coordinate_system = sl.COORDINATE_SYSTEM.IMAGE  # x right, y down, z forward
         wanted.depth_minimum_distance = c.min_depth_m
@@ -144,29 +127,21 @@ class ZedCamera(RealCamera):
                 f"ZED: it cannot be opened: {found}. Is it connected to a USB 3 port, and no other program using it? "
                 "The SDK's ZED_Diagnostic tells more."
             )
-        self._zed = zed
+        self._device = zed
         for _ in range(0 if c.file else c.warm_up):
             self._grab()
 
     def _grab(self) -> None:
-        found = self._zed.grab(self._sl.RuntimeParameters())
+        found = self._device.grab(self._sl.RuntimeParameters())
         if found != self._sl.ERROR_CODE.SUCCESS:
-            ended = (
-                "the recording is at its end, or damaged" if self.config.file else "is it still connected?"
-            )
-            raise CameraError(f"ZED: no picture: {found}; {ended}")
+            gone = "the recording is at its end, or damaged" if self.config.file else "is it still connected?"
+            raise CameraError(f"ZED: no picture: {found}; {gone}")
 
     def _pair(self, baseline_m: float) -> StereoPair:
-        views = self._sl.VIEW.LEFT_GRAY, self._sl.VIEW.RIGHT_GRAY
         pictures = []
-        for view in views:
+        for view in (self._sl.VIEW.LEFT_GRAY, self._sl.VIEW.RIGHT_GRAY):
             grey = self._sl.Mat()
-            self._zed.retrieve_image(grey, view)
-            pictures.append(np.array(grey.get_data(), np.uint8))
-        shape = pictures[0].shape[:2]
-        return StereoPair(pictures[0].reshape(shape), pictures[1].reshape(shape), baseline_m)
-
-
-def _matrix(lens: Any) -> Float[np.ndarray, "3 3"]:
-    """K of the rectified pictures, pixels."""
-    return np.array([[lens.fx, 0, lens.cx], [0, lens.fy, lens.cy], [0, 0, 1]], dtype=float)
+            self._device.retrieve_image(grey, view)
+            pixels = np.array(grey.get_data(), np.uint8)
+            pictures.append(pixels.reshape(pixels.shape[:2]))
+        return StereoPair(pictures[0], pictures[1], baseline_m)

@@ -15,7 +15,9 @@ if TYPE_CHECKING:
     from torc_lab.calibration.board import Board
     from torc_lab.calibration.hand_eye import HandEye
     from torc_lab.calibration.marker import TableMarker
-    from torc_lab.calibration.pose_frames import PoseFrame
+    from torc_lab.calibration.session import Session
+    from torc_lab.calibration.stored import PoseFrame
+    from torc_lab.lab_file import Lab
 
 
 @dataclass(frozen=True)
@@ -124,36 +126,16 @@ class CalibrateCommand:
             raise InputError("--frame and --base-turn-deg are for --poses-file and --samples.")
 
     def _by_arm(self) -> None:
-        from torc_lab.calibration.guided import collect_guided
         from torc_lab.calibration.hand_eye import solve_hand_eye
         from torc_lab.calibration.marker import placed_marker
-        from torc_lab.calibration.session import collect_views
-        from torc_lab.cameras.kinds import open_camera
-        from torc_lab.devices import close_camera, connect_arm, limits, stop_and_close
         from torc_lab.lab_file import load_lab
-        from torc_lab.person import ask_in_terminal
-        from torc_lab.supervisor import SupervisedArm
 
         lab, board = load_lab(self.lab), self.options.board()
-        with ExitStack() as stack:
-            camera = open_camera(lab.conditions)
-            stack.callback(close_camera, camera)
-            driver = connect_arm(lab)
-            stack.callback(stop_and_close, driver)
-            if self.jog:
-                arm, where = lab.robot.arm, lambda: driver.status().qpos
-                album = collect_views(
-                    camera, where, arm, board, self.poses, ask_in_terminal, print, self.mount
-                )
-            else:
-                supervised = SupervisedArm(driver, lab.robot, limits(lab))
-                album = collect_guided(
-                    lab, camera, supervised, board, self.poses, ask_in_terminal, print, self.mount
-                )
-        found = solve_hand_eye(album.views, board, album.K, self.mount)
+        session = self._session(lab, board)
+        found = solve_hand_eye(session.views, board, session.K, self.mount)
         fixed = self.mount == "fixed"
-        marker = placed_marker(album.markers, album.K, found.T_camera) if fixed else None
-        self._write(found, len(album.views), marker)
+        marker = placed_marker(session.markers, session.K, found.T_camera) if fixed else None
+        self._write(found, len(session.views), marker)
         if fixed and marker is None:
             print(
                 "No marker was seen on the table: `torc lab check` will not notice a camera that was moved."
@@ -188,7 +170,7 @@ class CalibrateCommand:
 
     def _frame(self) -> PoseFrame:
         """The frame of recorded poses: the base, if it is not given."""
-        from torc_lab.calibration.pose_frames import PoseFrame, base_frame
+        from torc_lab.calibration.stored import PoseFrame, base_frame
         from torc_lab.lab_file import load_lab
 
         if self.frame == "world":
@@ -196,7 +178,26 @@ class CalibrateCommand:
         return base_frame(load_lab(self.lab).robot.arm, self.base_turn_deg)
 
     def _write(self, found: HandEye, count: int, marker: TableMarker | None = None) -> None:
-        from torc_lab.calibration.session import calibration_text, report
+        self.out.write_text(found.as_yaml(count, marker), encoding="utf-8")
+        print(found.report(str(self.out)))
 
-        self.out.write_text(calibration_text(found, count, marker), encoding="utf-8")
-        print(report(found, str(self.out)))
+    def _session(self, lab: Lab, board: Board) -> Session:
+        from torc_lab.calibration.session import Session, collect_guided, collect_views
+        from torc_lab.cameras.kinds import open_camera
+        from torc_lab.devices import close_camera, connect_arm, limits, stop_and_close
+        from torc_lab.person import ask_in_terminal
+        from torc_lab.supervisor import SupervisedArm
+
+        with ExitStack() as stack:
+            camera = open_camera(lab.conditions)
+            stack.callback(close_camera, camera)
+            driver = connect_arm(lab)
+            stack.callback(stop_and_close, driver)
+            arm, modelled = SupervisedArm(driver, lab.robot, limits(lab)), lab.robot.arm
+            where = lambda: arm.qpos  # noqa: E731
+            session = Session(camera, where, modelled, board, self.poses, ask_in_terminal, print, self.mount)
+            if self.jog:
+                collect_views(session)
+            else:
+                collect_guided(session, lab, arm)
+            return session

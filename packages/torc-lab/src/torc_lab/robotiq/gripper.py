@@ -2,7 +2,7 @@
 
 import threading
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -28,7 +28,11 @@ somebody who commands it beside torc is noticed.
 
 @dataclass(frozen=True)
 class WidthScale:
-    """Which positions (0 to 255) the fingers really reach; `calibrate` measures them. The width is linear between."""
+    """Which positions (0 to 255) the fingers really reach; `calibrate` measures them. The width is linear between.
+
+    Attributes:
+        max_width_m: .085 for a 2F-85, .140 for a 2F-140.
+    """
 
     open_count: int = 3
     closed_count: int = 230
@@ -43,6 +47,11 @@ class WidthScale:
         share = (self.closed_count - count) / (self.closed_count - self.open_count)
         return float(np.clip(share, 0, 1)) * self.max_width_m
 
+    @property
+    def force_n(self) -> tuple[float, float]:
+        """Least and most grip force of a gripper that opens so wide."""
+        return FORCE_N if self.max_width_m < _WIDE_M else _FORCE_140_N
+
     def count(self, width_m: float) -> int:
         """The position for an opening. Raises InputError outside of the range."""
         if not -1e-6 <= width_m <= self.max_width_m + 1e-6:
@@ -52,55 +61,36 @@ class WidthScale:
 
 
 @dataclass(frozen=True)
-class RobotiqConfig:
-    """Where the gripper is, and how wide it opens.
+class RobotiqConfig(WidthScale):
+    """Where the gripper is, and how wide it opens; `torc lab check --move` measures its counts.
 
     Attributes:
         address: a serial port ("/dev/ttyUSB0"), or "host" or "host:port".
         device: its number on the Modbus line.
         timeout_s: for one answer.
-        open_count, closed_count: positions that the fingers really reach; `torc lab check --move` measures them.
-        max_width_m: .085 for a 2F-85, .140 for a 2F-140.
     """
 
-    address: str
+    address: str = field(kw_only=True)
     device: int = DEVICE
     timeout_s: float = 0.5
-    open_count: int = 3
-    closed_count: int = 230
-    max_width_m: float = 0.085
-
-    @property
-    def scale(self) -> WidthScale:
-        """Positions and widths. Raises InputError."""
-        return WidthScale(self.open_count, self.closed_count, self.max_width_m)
-
-    @property
-    def force_n(self) -> tuple[float, float]:
-        """Least and most grip force."""
-        return FORCE_N if self.max_width_m < _WIDE_M else _FORCE_140_N
 
 
 def over_modbus(config: RobotiqConfig) -> "RobotiqGripper":
     """A gripper on a serial line or Modbus TCP. Raises LabError, MissingDependencyError."""
-    return RobotiqGripper(
-        ModbusWire(config.address, config.device, config.timeout_s), config.scale, config.force_n
-    )
+    return RobotiqGripper(ModbusWire(config.address, config.device, config.timeout_s), config)
 
 
 def over_urcap(config: RobotiqConfig) -> "RobotiqGripper":
     """A gripper behind a UR controller's URCap. Raises LabError."""
-    return RobotiqGripper(UrcapWire(config.address, config.timeout_s), config.scale, config.force_n)
+    return RobotiqGripper(UrcapWire(config.address, config.timeout_s), config)
 
 
 class RobotiqGripper:
     """A gripper that was activated. It holds on when torc ends, or the connection breaks."""
 
-    def __init__(
-        self, wire: Wire, scale: WidthScale | None = None, force_n: tuple[float, float] = FORCE_N
-    ) -> None:
-        """Raises LabError for a gripper with a fault. force_n: its least and most grip force."""
-        self.wire, self.scale, self.force_n = wire, scale or WidthScale(), force_n
+    def __init__(self, wire: Wire, scale: WidthScale | None = None) -> None:
+        """Raises LabError for a gripper with a fault."""
+        self.wire, self.scale, self.name = wire, scale or WidthScale(), wire.name
         self._closing = self._held = False
         try:
             wire.status().check(wire.name)
@@ -109,11 +99,6 @@ class RobotiqGripper:
             raise
         self._ended = threading.Event()
         threading.Thread(target=self._keep_awake, name="torc-gripper", daemon=True).start()
-
-    @property
-    def name(self) -> str:
-        """For messages."""
-        return self.wire.name
 
     @property
     def max_width_m(self) -> float:
@@ -128,21 +113,19 @@ class RobotiqGripper:
     @property
     def state(self) -> GripperState:
         """What it feels now. Raises LabError for a fault."""
-        status = self.wire.status()
-        status.check(self.wire.name)
-        return self._state(status)
+        return self._state(self._checked())
 
     def activate(self) -> None:
         """Activates it: **the fingers open and close all the way**. Raises LabError if it does not get ready."""
         self.wire.send(RESET)
         self.wire.send(ACTIVATE)
         began = time.monotonic()
-        while not (status := self.wire.status()).ready:
+        while not self.wire.status().ready:
             if time.monotonic() - began > _ACTIVATION_S:
-                status.check(self.wire.name)
-                raise LabError(f"{self.wire.name} was not activated within {_ACTIVATION_S:g} s.")
+                self._checked()
+                raise LabError(f"{self.name} was not activated within {_ACTIVATION_S:g} s.")
             time.sleep(_POLL_S)
-        status.check(self.wire.name)
+        self._checked()
 
     def open(self, width_m: float) -> GripperState:
         """Opens (or closes) to width_m without force. Raises LabError, and InputError outside of the range."""
@@ -153,12 +136,9 @@ class RobotiqGripper:
         """Closes until contact, and keeps pressing: with force_n, as near as the gripper can. Raises LabError."""
         if force_n <= 0:
             raise InputError(f"The grip force must be positive, not {force_n} N.")
-        least_n, most_n = self.force_n
-        share = (force_n - least_n) / (most_n - least_n)
         self._closing = True
-        return self._state(
-            self._move(GripperCommand(position=255, force=round(255 * float(np.clip(share, 0, 1)))))
-        )
+        count = round(float(np.interp(force_n, self.scale.force_n, (0, 255))))
+        return self._state(self._move(GripperCommand(position=255, force=count)))
 
     def calibrate(self) -> WidthScale:
         """Opens and closes all the way, with nothing between the fingers; from now on widths are right. Raises LabError
@@ -168,11 +148,11 @@ class RobotiqGripper:
         for position in (0, 255):
             status = self._move(GripperCommand(position=position))
             if status.object is Object.STOPPED_OPENING:
-                raise LabError(f"{self.wire.name} could not open: something is in its way.")
+                raise LabError(f"{self.name} could not open: something is in its way.")
             ends.append(status.position)
         if ends[1] - ends[0] < 100:
             raise LabError(
-                f"{self.wire.name} moved from {ends[0]} to {ends[1]} of 255 only: is something between its fingers?"
+                f"{self.name} moved from {ends[0]} to {ends[1]} of 255 only: is something between its fingers?"
             )
         self.scale = WidthScale(ends[0], ends[1], self.scale.max_width_m)
         return self.scale
@@ -195,21 +175,24 @@ class RobotiqGripper:
         self.wire.send(command)
         began = time.monotonic()
         while True:
-            status = self.wire.status()
-            status.check(self.wire.name)
+            status = self._checked()
             if not status.ready:
-                raise LabError(
-                    f"{self.wire.name} is not activated: `activate` moves its fingers all the way."
-                )
+                raise LabError(f"{self.name} is not activated: `activate` moves its fingers all the way.")
             elapsed = time.monotonic() - began
             heard = status.requested == command.position and status.going
             if heard and status.object is not Object.MOVING:
                 return status
             if not heard and elapsed > _ECHO_S:
-                raise LabError(f"{self.wire.name} did not take the command: somebody else commands it, too.")
+                raise LabError(f"{self.name} did not take the command: somebody else commands it, too.")
             if elapsed > _MOTION_S:
-                raise LabError(f"{self.wire.name} still moves after {_MOTION_S:g} s.")
+                raise LabError(f"{self.name} still moves after {_MOTION_S:g} s.")
             time.sleep(_POLL_S)
+
+    def _checked(self) -> GripperStatus:
+        """Its status. Raises LabError for a fault."""
+        status = self.wire.status()
+        status.check(self.name)
+        return status
 
     def _state(self, status: GripperStatus) -> GripperState:
         """It holds something if it was told to close, and was stopped. A drop shows: it closes all the way then. While

@@ -5,6 +5,7 @@ import threading
 from typing import Any, Protocol
 
 from torc.errors import MissingDependencyError, extra_remedy
+from torc_lab.link import Link
 from torc_lab.protocols import LabError
 from torc_lab.robotiq.registers import (
     COMMAND_REGISTER,
@@ -41,7 +42,7 @@ class Wire(Protocol):
         """Ends the connection."""
 
 
-class ModbusWire:
+class ModbusWire(Link):
     """Modbus RTU on a serial port ("/dev/ttyUSB0"), or Modbus TCP at "host" or "host:port"."""
 
     def __init__(self, address: str, device: int = DEVICE, timeout_s: float = _TIMEOUT_S) -> None:
@@ -50,17 +51,14 @@ class ModbusWire:
             from pymodbus.client import ModbusSerialClient, ModbusTcpClient
         except ImportError as error:
             raise MissingDependencyError("pymodbus, for Robotiq grippers,", extra_remedy("lab")) from error
-        self.name, self._device, self._lock = f"Robotiq gripper at {address}", device, threading.Lock()
-        self._read = "read_input_registers"
+        super().__init__(f"Robotiq gripper at {address}")
+        self._device, self._lock, self._read = device, threading.Lock(), "read_input_registers"
         self._client: Any
-        self._lost = ""
         if address.startswith(("/", "COM")):
             self._client = ModbusSerialClient(address, baudrate=BAUD, timeout=timeout_s, retries=1)
         else:
-            host, _, port = address.partition(":")
-            self._client = ModbusTcpClient(
-                host, port=_port(address, port or "502"), timeout=timeout_s, retries=1
-            )
+            host, port = _host_port(address, 502)
+            self._client = ModbusTcpClient(host, port=port, timeout=timeout_s, retries=1)
         if not self._client.connect():
             raise LabError(f"{self.name} cannot be reached. Is it on, and nobody else connected to it?")
 
@@ -79,9 +77,8 @@ class ModbusWire:
         return status_of(self._accepted(answer).registers)
 
     def close(self) -> None:
-        """Ends the connection."""
         with self._lock:
-            self._lost = self._lost or "it was closed"
+            self._lose("it was closed")
             self._client.close()
 
     def _accepted(self, answer: Any) -> Any:
@@ -94,30 +91,24 @@ class ModbusWire:
         from pymodbus.exceptions import ModbusException
 
         with self._lock:
-            if self._lost:
-                raise LabError(f"{self.name} is lost: {self._lost}.")
+            self._check()
             try:
-                answer = getattr(self._client, function)(*arguments, device_id=self._device, **options)
+                return getattr(self._client, function)(*arguments, device_id=self._device, **options)
             except (ModbusException, OSError) as error:
                 # On a serial line a late answer could not be told from the next one.
-                self._lost = f"it does not answer: {error}"
                 self._client.close()
-                raise LabError(f"{self.name} is lost: {self._lost}") from error
-        return answer
+                raise self._lose(f"it does not answer: {error}") from error
 
 
-class UrcapWire:
+class UrcapWire(Link):
     """The text socket of Robotiq's program on a UR controller (URCap), at "host" or "host:port"."""
 
     def __init__(self, address: str, timeout_s: float = _TIMEOUT_S) -> None:
         """Connects. Raises LabError."""
-        host, _, port = address.partition(":")
-        self.name, self._lock = f"Robotiq gripper at {address} (URCap)", threading.Lock()
-        self._timeout_s, self._lost = timeout_s, ""
+        super().__init__(f"Robotiq gripper at {address} (URCap)")
+        self._lock, self._timeout_s = threading.Lock(), timeout_s
         try:
-            self._socket = socket.create_connection(
-                (host, _port(address, port or str(URCAP_PORT))), timeout_s
-            )
+            self._socket = socket.create_connection(_host_port(address, URCAP_PORT), timeout_s)
         except OSError as error:
             raise LabError(
                 f"{self.name} cannot be reached: {error}. Is the URCap installed, and the robot on?"
@@ -125,55 +116,40 @@ class UrcapWire:
 
     def send(self, command: GripperCommand) -> None:
         """Sets the variables, position last."""
-        values = {
-            "ACT": int(command.activate),
-            "GTO": int(command.go),
-            "SPE": command.speed,
-            "FOR": command.force,
-            "POS": command.position,
-        }
-        answer = self._ask("SET " + " ".join(f"{name} {value}" for name, value in values.items()))
+        c = command
+        answer = self._ask(
+            f"SET ACT {c.activate:d} GTO {c.go:d} SPE {c.speed} FOR {c.force} POS {c.position}"
+        )
         if answer != "ack":
-            raise self._lose(f"it answered {answer!r} to a command, not 'ack'")
+            raise self._end(f"it answered {answer!r} to a command, not 'ack'")
 
     def status(self) -> GripperStatus:
         """Asks for the variables, one by one: "PRE" echoes the position that was requested."""
         v = {name: self._value(name) for name in ("ACT", "GTO", "STA", "OBJ", "FLT", "PRE", "POS")}
         if v["OBJ"] not in set(Object):
-            raise self._lose(f"it tells of an object state {v['OBJ']}, which there is not")
-        return GripperStatus(
-            bool(v["ACT"]),
-            bool(v["GTO"]),
-            v["STA"],
-            Object(v["OBJ"]),
-            v["FLT"],
-            v["PRE"],
-            v["POS"],
-        )
+            raise self._end(f"it tells of an object state {v['OBJ']}, which there is not")
+        active, going = bool(v["ACT"]), bool(v["GTO"])
+        return GripperStatus(active, going, v["STA"], Object(v["OBJ"]), v["FLT"], v["PRE"], v["POS"])
 
     def close(self) -> None:
-        """Ends the connection."""
-        self._lost = self._lost or "it was closed"
-        self._socket.close()
+        self._end("it was closed")
 
     def _value(self, name: str) -> int:
         answer = self._ask(f"GET {name}")
         key, _, value = answer.partition(" ")
         if key != name or not (value.isascii() and value.isdigit()) or int(value) > 0xFF:
-            raise self._lose(f"it answered {answer!r} to GET {name}")
+            raise self._end(f"it answered {answer!r} to GET {name}")
         return int(value)
 
     def _ask(self, line: str) -> str:
         """The answer, without its end. Lost for good at the first fault: what comes later may answer anything."""
         with self._lock:
-            if self._lost:
-                raise LabError(f"{self.name} is lost: {self._lost}.")
+            self._check()
             try:
                 self._socket.sendall(line.encode() + b"\n")
-                answer = self._answer()
+                return self._answer().decode("ascii", "replace").strip()
             except OSError as error:
-                raise self._lose(f"it does not answer: {error}") from error
-        return answer.decode("ascii", "replace").strip()
+                raise self._end(f"it does not answer: {error}") from error
 
     def _answer(self) -> bytes:
         """Up to the end of a line. "ack" has none, and neither have numbers of some versions: these end when nothing
@@ -193,13 +169,13 @@ class UrcapWire:
             answer += part
         return answer
 
-    def _lose(self, why: str) -> LabError:
-        self._lost = why
+    def _end(self, why: str) -> LabError:
         self._socket.close()
-        return LabError(f"{self.name} is lost: {why}.")
+        return self._lose(why)
 
 
-def _port(address: str, port: str) -> int:
-    if not port.isdigit() or not 0 < int(port) < 65536:
+def _host_port(address: str, usual: int) -> tuple[str, int]:
+    host, _, port = address.partition(":")
+    if port and not (port.isdigit() and 0 < int(port) < 65536):
         raise LabError(f"{address} is no address: host or host:port.")
-    return int(port)
+    return host, int(port or usual)

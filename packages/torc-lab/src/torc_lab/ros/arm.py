@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -15,10 +15,10 @@ from torc.records import Trajectory
 from torc_lab.checks import thinned
 from torc_lab.exclusive import ControllerLock
 from torc_lab.protocols import ArmStatus, LabError
-from torc_lab.ros.joint_states import JointStates
 from torc_lab.ros.messages import (
     ACTION_TYPES,
     JOINT_STATE_TYPES,
+    JointStates,
     RosVersion,
     goal_message,
     is_moving,
@@ -26,17 +26,14 @@ from torc_lab.ros.messages import (
     robot_status_fault,
     ur_safety_fault,
 )
-from torc_lab.rosbridge.client import Rosbridge, RosbridgeError
-from torc_lab.rosbridge.topics import published
+from torc_lab.rosbridge.client import Rosbridge
 
 StatusKind = Literal["industrial", "ur", "none"]
-_FAULTS: dict[str, tuple[dict[int, str], Callable[[Any], str]]] = {
-    "industrial": (
-        {1: "industrial_msgs/RobotStatus", 2: "industrial_msgs/msg/RobotStatus"},
-        robot_status_fault,
-    ),
-    "ur": ({1: "ur_dashboard_msgs/SafetyMode", 2: "ur_dashboard_msgs/msg/SafetyMode"}, ur_safety_fault),
+_STATUS_TYPES = {
+    "industrial": {1: "industrial_msgs/RobotStatus", 2: "industrial_msgs/msg/RobotStatus"},
+    "ur": {1: "ur_dashboard_msgs/SafetyMode", 2: "ur_dashboard_msgs/msg/SafetyMode"},
 }
+_FAULTS = {"industrial": robot_status_fault, "ur": ur_safety_fault}
 _PROOF_S, _PROOF_CANCEL_S = 4.0, 0.5
 """Length of the motion on the spot by which cancelling is tried, and when it is cancelled."""
 _CANCELLED_WITHIN_S = 1.0
@@ -47,8 +44,7 @@ _NOT_CANCELLED = {
 }
 _CONNECTS_S = 0.5
 """ROS 1 connects a new publisher to its readers so long after it was advertised; what is sent before is lost."""
-_FIRST_STATES = 50
-"""Looks for the first joint states within the time-out."""
+_NOW = {"secs": 0, "nsecs": 0}
 
 
 @dataclass(frozen=True)
@@ -112,26 +108,23 @@ class RosArm:
         self._advertised = self._proven = False
         self._joints = JointStates()
         self._lock: ControllerLock | None = None
-        try:
-            self._bridge = Rosbridge(config.url, config.timeout_s)
-        except RosbridgeError as error:
-            raise LabError(str(error)) from error
+        self._bridge = Rosbridge(config.url, config.timeout_s)
         try:
             self._listen()
-        except (RosbridgeError, LabError) as error:
+        except LabError as error:
             self._bridge.close()
             raise LabError(f"{self.name} does not tell its state: {error}") from error
 
     def status(self) -> ArmStatus:
         """The latest, as old as the oldest of the joints' states and the status. Raises LabError."""
-        self._latest(self.config.joint_states)
+        self._bridge.latest(self.config.joint_states)  # raises if the connection is lost
         qpos, stamp_s = self._joints.of(self.config.joint_names)
         stopped, moving = "", None
         if self.config.status_topic:
-            told = self._latest(self.config.status_topic)
+            told = self._bridge.latest(self.config.status_topic)
             # UR tells its safety mode only when it changes.
             stamp_s = min(stamp_s, told.stamp_s) if self.config.status == "industrial" else stamp_s
-            stopped, moving = _FAULTS[self.config.status][1](told.message), is_moving(told.message)
+            stopped, moving = _FAULTS[self.config.status](told.message), is_moving(told.message)
         busy = bool(self._goal) and self.ended() is None
         return ArmStatus(stamp_s, qpos, busy if moving is None else moving, stopped)
 
@@ -143,26 +136,19 @@ class RosArm:
         """Sends a motion on the spot and cancels it. Raises LabError if that ends it too late, as rosbridge for ROS 2
         does by default: such an arm could not be stopped.
         """
-        here = self.status().qpos
-        still = np.tile(here, (9, 1))
+        still = np.tile(self.status().qpos, (9, 1))
         self._send(Trajectory(np.linspace(0, _PROOF_S, 9), still, np.zeros_like(still)))
         time.sleep(_PROOF_CANCEL_S)
         if self.ended() is None:
             self._cancel()
-            deadline = time.monotonic() + _CANCELLED_WITHIN_S
-            while self.ended() is None and time.monotonic() < deadline:
-                time.sleep(0.01)
+            _wait_until(lambda: self.ended() is not None)
         ended = self.ended()
         if ended is None or (ended == "" and self.config.ros == 2):
             self._goal = ""
             raise LabError(
                 f"{self.name} cannot be stopped: a goal that was cancelled went on. {_NOT_CANCELLED[self.config.ros]}"
             )
-        deadline = time.monotonic() + _CANCELLED_WITHIN_S
-        while (
-            self.status().moving and time.monotonic() < deadline
-        ):  # what it says of itself comes a little later
-            time.sleep(0.01)
+        _wait_until(lambda: not self.status().moving)  # what it says of itself comes a little later
         # A controller of ROS 1 may call a motion on the spot done at once: cancelling is a topic of its own there.
         self._proven = True
 
@@ -185,8 +171,7 @@ class RosArm:
         """Cancels the goal, and calls the stop service. Raises LabError if it cannot be told."""
         self._cancel()
         if self.config.stop_service:
-            service = self.config.stop_service
-            threading.Thread(target=self._call_quietly, args=(service,), daemon=True).start()
+            threading.Thread(target=self._call_stop_service, daemon=True).start()
 
     def close(self) -> None:
         """Ends the connection; a goal goes on: stop first."""
@@ -196,43 +181,37 @@ class RosArm:
 
     def _result(self) -> str | None:
         if self.config.ros == 2:
-            result = self._asked(lambda: self._bridge.goal_result(self._goal))
-            if result is None:
+            if (found := self._bridge.goal_result(self._goal)) is None:
                 return None
-            values = result.get("values")
-            values = values if isinstance(values, dict) else {"error_string": values}
-            ended = result_of(result.get("status"), values.get("error_string"), values.get("error_code"), 2)
+            status, values = found
+            text = values.get("error_string", values.get("error"))
+            ended = result_of(status, text, values.get("error_code"), 2)
             return "it ended without a final status" if ended is None else ended
-        latest = self._asked(lambda: self._bridge.latest(f"{self.config.action}/result"))
+        message = self._bridge.latest(f"{self.config.action}/result").message
         try:
-            if latest is None or latest.message["status"]["goal_id"]["id"] != self._goal:
+            if message is None or message["status"]["goal_id"]["id"] != self._goal:
                 return None
-            status, text = latest.message["status"]["status"], latest.message["status"].get("text")
-            return result_of(status, text, latest.message["result"].get("error_code"), 1)
+            status, text = message["status"]["status"], message["status"].get("text")
+            return result_of(status, text, message["result"].get("error_code"), 1)
         except (KeyError, TypeError, AttributeError):
             return "its result cannot be read"
 
     def _listen(self) -> None:
+        """Subscribes, and waits for each topic's first message. Raises LabError that says what is published instead."""
         config, ros = self.config, self.config.ros
         self._bridge.subscribe(config.joint_states, JOINT_STATE_TYPES[ros], self._joints.take)
-        kinds = [JOINT_STATE_TYPES[ros]]
+        kinds = {config.joint_states: JOINT_STATE_TYPES[ros]}
         if config.status_topic:
-            kinds.append(_FAULTS[config.status][0][ros])
-            self._bridge.subscribe(config.status_topic, kinds[-1])
-        for topic, kind in zip(filter(None, (config.joint_states, config.status_topic)), kinds, strict=True):
-            self._await_first(topic, kind)
-        deadline = time.monotonic() + config.timeout_s
+            kinds[config.status_topic] = _STATUS_TYPES[config.status][ros]
+            self._bridge.subscribe(config.status_topic, kinds[config.status_topic])
+        for topic, kind in kinds.items():
+            try:
+                self._bridge.receive(topic)
+            except LabError as error:
+                raise LabError(f"{error}{self._bridge.published([kind])}") from error
         # Of several publishers the slowest may have our joints.
-        while not self._joints.knows(config.joint_names) and time.monotonic() < deadline:
-            time.sleep(config.timeout_s / _FIRST_STATES)
+        _wait_until(lambda: self._joints.knows(config.joint_names), config.timeout_s)
         self.status()
-
-    def _await_first(self, topic: str, kind: str) -> None:
-        """Waits for a topic's first message. Raises RosbridgeError that names what is published instead."""
-        try:
-            self._bridge.receive(topic)
-        except RosbridgeError as error:
-            raise RosbridgeError(f"{error}{published(self._bridge, [kind])}") from error
 
     def _take_arm(self) -> None:
         """Once, before the first goal: makes sure that no other torc moves this arm, and advertises the goals' topics.
@@ -243,53 +222,39 @@ class RosArm:
             return
         self._lock = self._lock or ControllerLock(f"{config.url}/{config.action}")
         if config.ros == 1:
-            self._asked(lambda: self._advertise(config.action))
+            self._bridge.subscribe(f"{config.action}/result", ACTION_TYPES[1] + "ActionResult")
+            self._bridge.advertise(f"{config.action}/goal", ACTION_TYPES[1] + "ActionGoal")
+            self._bridge.advertise(f"{config.action}/cancel", "actionlib_msgs/GoalID")
             time.sleep(_CONNECTS_S)
         self._advertised = True
-
-    def _advertise(self, action: str) -> None:
-        self._bridge.subscribe(f"{action}/result", ACTION_TYPES[1] + "ActionResult")
-        self._bridge.advertise(f"{action}/goal", ACTION_TYPES[1] + "ActionGoal")
-        self._bridge.advertise(f"{action}/cancel", "actionlib_msgs/GoalID")
 
     def _send(self, trajectory: Trajectory) -> None:
         self._take_arm()
         config, self._ended = self.config, None
         goal = goal_message(trajectory, config.joint_names, config.ros)
         if config.ros == 2:
-            self._goal = self._asked(lambda: self._bridge.send_goal(config.action, ACTION_TYPES[2], goal))
+            self._goal = self._bridge.send_goal(config.action, ACTION_TYPES[2], goal)
             return
         self._goal = f"torc-{self._began}-{next(self._goals)}"
-        now = {"secs": 0, "nsecs": 0}
         message = {
-            "header": {"stamp": now, "frame_id": ""},
-            "goal_id": {"stamp": now, "id": self._goal},
+            "header": {"stamp": _NOW, "frame_id": ""},
+            "goal_id": {"stamp": _NOW, "id": self._goal},
             "goal": goal,
         }
-        self._asked(lambda: self._bridge.publish(f"{config.action}/goal", message))
+        self._bridge.publish(f"{config.action}/goal", message)
 
     def _cancel(self) -> None:
-        config = self.config
-        if not self._goal:
-            return
-        if config.ros == 2:
-            self._asked(lambda: self._bridge.cancel_goal(config.action, self._goal))
-        else:
-            cancel = {"stamp": {"secs": 0, "nsecs": 0}, "id": self._goal}
-            self._asked(lambda: self._bridge.publish(f"{config.action}/cancel", cancel))
+        if self._goal and self.config.ros == 2:
+            self._bridge.cancel_goal(self.config.action, self._goal)
+        elif self._goal:
+            self._bridge.publish(f"{self.config.action}/cancel", {"stamp": _NOW, "id": self._goal})
 
-    def _latest(self, topic: str) -> Any:
-        latest = self._asked(lambda: self._bridge.latest(topic))
-        if latest is None:
-            raise LabError(f"{self.name}: nothing came on {topic}.")
-        return latest
+    def _call_stop_service(self) -> None:
+        with suppress(LabError):
+            self._bridge.call(self.config.stop_service)
 
-    def _asked(self, ask: Callable[[], Any]) -> Any:
-        try:
-            return ask()
-        except RosbridgeError as error:
-            raise LabError(f"{self.name} is lost: {error}") from error
 
-    def _call_quietly(self, service: str) -> None:
-        with suppress(RosbridgeError):
-            self._bridge.call(service)
+def _wait_until(true: Callable[[], bool], seconds: float | None = None) -> None:
+    deadline = time.monotonic() + (_CANCELLED_WITHIN_S if seconds is None else seconds)
+    while not true() and time.monotonic() < deadline:
+        time.sleep(0.01)

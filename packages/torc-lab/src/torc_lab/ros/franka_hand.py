@@ -11,7 +11,7 @@ from torc import InputError
 from torc.robots.protocols import GripperState
 from torc_lab.protocols import LabError
 from torc_lab.ros.messages import JOINT_STATE_TYPES, result_of
-from torc_lab.rosbridge.client import Rosbridge, RosbridgeError
+from torc_lab.rosbridge.client import Rosbridge
 
 MAX_FORCE_N = 70.0
 """Most that the hand presses with for as long as one likes (its product manual)."""
@@ -52,23 +52,15 @@ class FrankaHand:
     def __init__(self, config: FrankaHandConfig) -> None:
         """Connects and waits for the fingers' positions. Raises LabError, MissingDependencyError."""
         self.config, self.name = config, f"the hand {config.name} at {config.url}"
-        self._closed = False
-        try:
-            self._bridge = Rosbridge(config.url, config.timeout_s)
-        except RosbridgeError as error:
-            raise LabError(str(error)) from error
+        self.max_width_m, self._topic, self._closed = config.max_width_m, f"{config.name}/joint_states", False
+        self._bridge = Rosbridge(config.url, config.timeout_s)
         try:
             self._bridge.subscribe(self._topic, JOINT_STATE_TYPES[2])
             self._bridge.receive(self._topic)
             self._width_m()
-        except (RosbridgeError, LabError) as error:
+        except LabError as error:
             self._bridge.close()
             raise LabError(f"{self.name} does not tell its state: {error}") from error
-
-    @property
-    def max_width_m(self) -> float:
-        """Largest opening between the pads."""
-        return self.config.max_width_m
 
     @property
     def state(self) -> GripperState:
@@ -105,36 +97,24 @@ class FrankaHand:
         """Ends the connection; the fingers keep their grip."""
         self._bridge.close()
 
-    @property
-    def _topic(self) -> str:
-        return f"{self.config.name}/joint_states"
-
     def _act(self, action: str, kind: str, goal: Mapping[str, Any]) -> None:
         """Returns once the action ended well."""
-        try:
-            sent = self._bridge.send_goal(f"{self.config.name}/{action}", f"franka_msgs/action/{kind}", goal)
-            deadline = time.monotonic() + self.config.motion_s
-            while (result := self._bridge.goal_result(sent)) is None:
-                if time.monotonic() > deadline:
-                    raise LabError(f"{self.name}: {action} did not end within {self.config.motion_s:g} s.")
-                time.sleep(_POLL_S)
-            before = self._bridge.count(self._topic)
-            values = result.get("values")
-            values = values if isinstance(values, dict) else {"error": values}
-            ended = result_of(result.get("status"), values.get("error"), None, 2)
-            if ended is None or ended or values.get("success") is False:
-                why = ended or values.get("error") or "it says that it did not succeed"
-                raise LabError(f"{self.name}: {action}: {why}.")
-            self._bridge.receive(self._topic, before)  # one that was told after the end
-        except RosbridgeError as error:
-            raise LabError(f"{self.name} is lost: {error}") from error
+        sent = self._bridge.send_goal(f"{self.config.name}/{action}", f"franka_msgs/action/{kind}", goal)
+        deadline = time.monotonic() + self.config.motion_s
+        while (result := self._bridge.goal_result(sent)) is None:
+            if time.monotonic() > deadline:
+                raise LabError(f"{self.name}: {action} did not end within {self.config.motion_s:g} s.")
+            time.sleep(_POLL_S)
+        before, (status, values) = self._bridge.latest(self._topic).count, result
+        ended = result_of(status, values.get("error"), None, 2)
+        if ended is None or ended or values.get("success") is False:
+            why = ended or values.get("error") or "it says that it did not succeed"
+            raise LabError(f"{self.name}: {action}: {why}.")
+        self._bridge.receive(self._topic, before)  # one that was told after the end
 
     def _width_m(self) -> float:
-        try:
-            latest = self._bridge.latest(self._topic)
-        except RosbridgeError as error:
-            raise LabError(f"{self.name} is lost: {error}") from error
-        if latest is None or time.monotonic() - latest.stamp_s > _OLD_S:
+        latest = self._bridge.latest(self._topic)
+        if time.monotonic() - latest.stamp_s > _OLD_S:
             raise LabError(f"{self.name} is silent: nothing new on {self._topic}.")
         try:
             fingers = [float(p) for p in latest.message["position"]]

@@ -9,15 +9,15 @@ import itertools
 import json
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
-from types import TracebackType
 from typing import Any, Self
 
 from torc import TorcError
 from torc.errors import MissingDependencyError, extra_remedy
-from torc_lab.rosbridge.fragments import Fragments
+from torc_lab.link import Link
+from torc_lab.protocols import LabError
 
 _MAX_BYTES = 256 * 2**20
 """Of one message: a picture of 20 megapixels as base64 has 80 MB."""
@@ -25,12 +25,14 @@ _MOST_WAITING = 20
 """Messages of a topic that the server keeps for a reader who wants them all."""
 _ALIVE_S = 5.0
 """A server that does not answer a ping within this time is gone."""
-
-
+_MOST_BEGUN = 8
+"""Long messages of which some fragments came, and others not."""
+_TOPICS_S, _MOST_LISTED = 1.0, 12
+"""rosapi names the topics within this time, or nobody runs it; so many are listed."""
 Take = Callable[[Any, float], None]
 
 
-class RosbridgeError(TorcError):
+class RosbridgeError(LabError):
     """rosbridge cannot be reached, is gone, refuses something, or is silent."""
 
 
@@ -43,8 +45,13 @@ class Latest:
     stamp_s: float
 
 
-class Rosbridge:
+_NOTHING = Latest(0, None, float("-inf"))
+
+
+class Rosbridge(Link):
     """A connection. Close it, or use it in a `with`. May be used by several threads."""
+
+    fault = RosbridgeError
 
     def __init__(self, url: str, timeout_s: float = 5.0) -> None:
         """Connects to a URL such as ws://robot:9090. Raises RosbridgeError, MissingDependencyError."""
@@ -53,6 +60,7 @@ class Rosbridge:
             from websockets.sync.client import connect
         except ImportError as error:
             raise MissingDependencyError("websockets, for rosbridge,", extra_remedy("lab")) from error
+        super().__init__(f"The connection to rosbridge at {url}")
         self.url, self._timeout_s = url, timeout_s
         self._open = ExitStack()
         try:
@@ -75,37 +83,25 @@ class Rosbridge:
                 "rosbridge_server rosbridge_websocket_launch.xml`, or roslaunch), and check address and port."
             ) from error
         self._numbers = itertools.count(1)
-        self._news = threading.Condition()
-        self._lost = ""
         self._latest: dict[str, Latest] = {}
         self._takes: dict[str, Take] = {}
         self._answers: dict[str, Any] = {}
         """Per id of a request, None until it is answered."""
         self._refusals: dict[str, str] = {}
         """What the server said of requests that it could not fulfil, by their id."""
-        self._fragments = Fragments(2 * _MAX_BYTES)
-        self._reader = threading.Thread(target=self._read, name="torc-rosbridge", daemon=True)
-        self._reader.start()
+        self._fragments: dict[Any, dict[int, str]] = {}
+        threading.Thread(target=self._read, name="torc-rosbridge", daemon=True).start()
 
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def close(self) -> None:
         """Ends the connection."""
-        with self._news:
-            self._lost = self._lost or "it was closed"
-            self._news.notify_all()
+        self._lose("it was closed")
         self._open.close()
-
-    @property
-    def lost(self) -> str:
-        """Why the connection is of no use any more; "" while it is."""
-        return self._lost
 
     def subscribe(self, topic: str, kind: str = "", take: Take | None = None) -> str:
         """Asks for a topic's messages; the id of that wish.
@@ -116,7 +112,7 @@ class Rosbridge:
             take: called with every message and the time when it came, by `time.monotonic`, in the thread that reads. A
                 server drops messages for a slow reader then only if many wait; otherwise it keeps the newest alone.
         """
-        wish = self._next_id("subscribe", topic)
+        wish = f"subscribe:{topic}:{next(self._numbers)}"
         typed = {"type": kind} if kind else {}
         if take is not None:
             self._takes[topic] = take
@@ -125,23 +121,16 @@ class Rosbridge:
         return wish
 
     def unsubscribe(self, topic: str, wish: str) -> None:
-        """Ends a wish of `subscribe`."""
+        """Ends a wish of `subscribe`. Raises RosbridgeError if the connection is lost."""
         self._send({"op": "unsubscribe", "id": wish, "topic": topic})
-        with self._news:
-            self._refusals.pop(wish, None)
 
-    def count(self, topic: str) -> int:
-        """How many messages of a topic came so far."""
-        with self._news:
-            return self._count(topic)
-
-    def latest(self, topic: str) -> Latest | None:
-        """The newest message of a topic that was subscribed to; None before the first. Never waits. Raises
-        RosbridgeError once the connection is lost.
+    def latest(self, topic: str) -> Latest:
+        """The newest message of a topic that was subscribed to; the message 0 is None, before the first. Never waits.
+        Raises RosbridgeError once the connection is lost.
         """
         self._check()
         with self._news:
-            return self._latest.get(topic)
+            return self._latest.get(topic, _NOTHING)
 
     def receive(
         self, topic: str, after: int = 0, timeout_s: float | None = None, wish: str = ""
@@ -151,28 +140,26 @@ class Rosbridge:
         Raises RosbridgeError after the time-out, at once if the connection is lost, and if the server refused the wish
         of that id.
         """
-
-        def there() -> bool:
-            return self._count(topic) > after
-
         with self._news:
-            self._await(there, f"no message on {topic}", timeout_s, wish)
+            self._expect(
+                lambda: self._latest.get(topic, _NOTHING).count > after,
+                f"no message on {topic}",
+                timeout_s,
+                wish,
+            )
             latest = self._latest[topic]
             return latest.count, latest.message
 
     def once(self, topic: str, kind: str = "", timeout_s: float | None = None) -> Any:
         """One message of a topic, sent after this call, or latched. Raises as `receive`."""
-        before = self.count(topic)
-        wish = self.subscribe(topic, kind)
-        try:
-            return self.receive(topic, before, timeout_s, wish)[1]
-        finally:
-            if not self._lost:
-                self.unsubscribe(topic, wish)
+        seconds = self._timeout_s if timeout_s is None else timeout_s
+        with Newest(self, topic, time.monotonic() + seconds, kind) as newest:
+            return newest.message()
 
     def advertise(self, topic: str, kind: str) -> None:
         """Says that messages of that type will be published."""
-        self._send({"op": "advertise", "id": self._next_id("advertise", topic), "topic": topic, "type": kind})
+        wish = f"advertise:{topic}:{next(self._numbers)}"
+        self._send({"op": "advertise", "id": wish, "topic": topic, "type": kind})
 
     def publish(self, topic: str, message: Mapping[str, Any]) -> None:
         """Sends a message now. Raises RosbridgeError if the connection is lost."""
@@ -182,57 +169,63 @@ class Rosbridge:
         self, service: str, arguments: Mapping[str, Any] | None = None, timeout_s: float | None = None
     ) -> dict[str, Any]:
         """The answer of a service. Raises RosbridgeError if it fails, or is silent."""
-        wish = self._next_id("call", service)
+        wish = self._ask({"op": "call_service", "service": service, "args": dict(arguments or {})})
         with self._news:
-            self._answers[wish] = None
-        try:
-            self._send({"op": "call_service", "id": wish, "service": service, "args": dict(arguments or {})})
-            with self._news:
-                self._await(
-                    lambda: self._answers[wish] is not None,
-                    f"no answer of service {service}",
-                    timeout_s,
-                    wish,
-                )
-        finally:
-            with self._news:
+            try:
+                silence = f"no answer of service {service}"
+                self._expect(lambda: self._answers[wish] is not None, silence, timeout_s, wish)
+            finally:
                 answer = self._answers.pop(wish)
         if not answer.get("result", True):
             raise RosbridgeError(f"rosbridge at {self.url}: service {service} failed: {answer.get('values')}")
         values = answer.get("values", {})
         return values if isinstance(values, dict) else {"value": values}
 
+    def published(self, kinds: Collection[str]) -> str:
+        """A sentence that names the topics of these types, e.g. sensor_msgs/Image; "" where nobody can say: it takes
+        the node rosapi beside rosbridge.
+        """
+        try:
+            answer = self.call("/rosapi/topics", timeout_s=_TOPICS_S)
+            there = sorted(zip(answer["topics"], answer["types"], strict=True))
+        except (RosbridgeError, LookupError, TypeError, ValueError):
+            return ""
+        found = [f"{name} ({kind})" for name, kind in there if kind in kinds]
+        if not found:
+            return f" Nothing of the type {' or '.join(kinds)} is published."
+        return f" Published are: {', '.join(found[:_MOST_LISTED])}."
+
     def send_goal(self, action: str, kind: str, goal: Mapping[str, Any]) -> str:
         """Sends a goal to an action of ROS 2 now, and returns its id. Raises RosbridgeError."""
-        wish = self._next_id("goal", action)
-        with self._news:
-            self._answers[wish] = None
-        self._send(
-            {"op": "send_action_goal", "id": wish, "action": action, "action_type": kind, "args": dict(goal)}
+        return self._ask(
+            {"op": "send_action_goal", "action": action, "action_type": kind, "args": dict(goal)}
         )
-        return wish
 
     def cancel_goal(self, action: str, goal: str) -> None:
         """Asks for the end of a goal of ROS 2. Raises RosbridgeError."""
         self._send({"op": "cancel_action_goal", "id": goal, "action": action})
 
-    def goal_result(self, goal: str) -> dict[str, Any] | None:
-        """How a goal of ROS 2 ended: its `status`, and its `values`; None as long as it goes on. Raises RosbridgeError
-        if the server refused it, or the connection is lost.
+    def goal_result(self, goal: str) -> tuple[Any, dict[str, Any]] | None:
+        """How a goal of ROS 2 ended: its status, and its values; None as long as it goes on. Raises RosbridgeError if
+        the server refused it, or the connection is lost.
         """
         self._check()
         with self._news:
             if goal in self._refusals:
                 raise RosbridgeError(f"rosbridge at {self.url} refuses: {self._refusals[goal]}")
-            return self._answers.get(goal)
+            answer = self._answers.get(goal)
+        if answer is None:
+            return None
+        values = answer.get("values")
+        return answer.get("status"), values if isinstance(values, dict) else {"error": values}
 
-    def _count(self, topic: str) -> int:
-        """With the lock held."""
-        latest = self._latest.get(topic)
-        return 0 if latest is None else latest.count
-
-    def _next_id(self, what: str, name: str) -> str:
-        return f"{what}:{name}:{next(self._numbers)}"
+    def _ask(self, request: Mapping[str, Any]) -> str:
+        """Sends a request that will be answered; its id."""
+        wish = f"{request['op']}:{next(self._numbers)}"
+        with self._news:
+            self._answers[wish] = None
+        self._send({**request, "id": wish})
+        return wish
 
     def _send(self, request: Mapping[str, Any]) -> None:
         from websockets.exceptions import WebSocketException
@@ -241,21 +234,15 @@ class Rosbridge:
         try:
             self._socket.send(json.dumps(request))
         except (OSError, WebSocketException) as error:
-            self._lose(error)
-            self._check()
+            raise self._lose(error) from error
 
-    def _check(self) -> None:
-        if self._lost:
-            raise RosbridgeError(f"The connection to rosbridge at {self.url} is lost: {self._lost}.")
-
-    def _await(self, there: Callable[[], bool], silence: str, timeout_s: float | None, wish: str) -> None:
+    def _expect(self, there: Callable[[], bool], silence: str, timeout_s: float | None, wish: str) -> None:
         """Waits, with the lock held, until it is there. Raises RosbridgeError.
 
         Most servers say nothing of what they refuse, and only a time-out shows it.
         """
         seconds = self._timeout_s if timeout_s is None else timeout_s
-        self._news.wait_for(lambda: there() or self._lost or wish in self._refusals, seconds)
-        if there():
+        if self._await(lambda: there() or wish in self._refusals, seconds) and there():
             return
         self._check()
         if wish in self._refusals:
@@ -269,10 +256,9 @@ class Rosbridge:
         try:
             for text in self._socket:
                 self._take(text)
+            self._lose("the server ended it")
         except Exception as error:  # whatever ends the reader, nobody may wait for it any more
             self._lose(error)
-        else:
-            self._lose(None)
 
     def _take(self, text: str | bytes) -> None:
         try:
@@ -280,22 +266,59 @@ class Rosbridge:
             what, topic = message["op"], message.get("topic", "")
         except (ValueError, TypeError, LookupError, AttributeError) as error:
             raise TorcError(f"it sent what is no message of rosbridge: {text[:80]!r}") from error
+        whole = ""
         with self._news:
             if what == "fragment":
-                text = self._fragments.joined(message)
+                whole = self._joined(message)
             elif what == "publish":
-                self._latest[topic] = Latest(self._count(topic) + 1, message.get("msg"), time.monotonic())
+                count = self._latest.get(topic, _NOTHING).count + 1
+                latest = self._latest[topic] = Latest(count, message.get("msg"), time.monotonic())
                 if topic in self._takes:
-                    self._takes[topic](message.get("msg"), self._latest[topic].stamp_s)
+                    self._takes[topic](latest.message, latest.stamp_s)
             elif what in ("service_response", "action_result") and message.get("id") in self._answers:
                 self._answers[message["id"]] = self._answers[message["id"]] or message  # the first counts
             elif what == "status" and message.get("level") == "error":
                 self._refusals[str(message.get("id"))] = str(message.get("msg"))
             self._news.notify_all()
-        if what == "fragment" and text:
-            self._take(text)
+        if whole:
+            self._take(whole)
 
-    def _lose(self, error: BaseException | None) -> None:
-        with self._news:
-            self._lost = self._lost or str(error or "the server ended it")
-            self._news.notify_all()
+    def _joined(self, fragment: Mapping[str, Any]) -> str:
+        """The long message that a fragment completes, else "". Raises TorcError for one that is too long, or has a
+        wrong number.
+        """
+        number, total = int(fragment["num"]), int(fragment["total"])
+        if total * len(fragment["data"]) > 2 * _MAX_BYTES or not 0 <= number < total:
+            raise TorcError("it sent fragments that are too long, or have wrong numbers")
+        while len(self._fragments) > _MOST_BEGUN:
+            del self._fragments[next(iter(self._fragments))]
+        parts = self._fragments.setdefault(fragment["id"], {})
+        parts[number] = fragment["data"]
+        if len(parts) < total:
+            return ""
+        del self._fragments[fragment["id"]]
+        return "".join(parts[k] for k in range(total))
+
+
+class Newest:
+    """Messages of one topic, each newer than the one before; subscribed to during a `with`."""
+
+    def __init__(self, bridge: Rosbridge, topic: str, deadline_s: float, kind: str = "") -> None:
+        """deadline_s: for all of them, by `time.monotonic`."""
+        self.topic = topic
+        self._bridge, self._deadline_s = bridge, deadline_s
+        self._seen = bridge.latest(topic).count
+        self._wish = bridge.subscribe(topic, kind)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if not self._bridge.lost:
+            self._bridge.unsubscribe(self.topic, self._wish)
+
+    def message(self) -> Any:
+        """The newest one as soon as there is one. Raises RosbridgeError."""
+        left_s = max(0.0, self._deadline_s - time.monotonic())
+        self._seen, found = self._bridge.receive(self.topic, self._seen, left_s, self._wish)
+        return found

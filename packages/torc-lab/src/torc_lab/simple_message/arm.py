@@ -3,7 +3,7 @@
 import itertools
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 
@@ -13,6 +13,7 @@ from torc import InputError
 from torc.records import Trajectory
 from torc_lab.checks import thinned
 from torc_lab.exclusive import ControllerLock
+from torc_lab.link import Link
 from torc_lab.protocols import ArmStatus, LabError
 from torc_lab.simple_message.channel import Channel
 from torc_lab.simple_message.messages import (
@@ -22,6 +23,7 @@ from torc_lab.simple_message.messages import (
     ByteOrder,
     Comm,
     Command,
+    Feedback,
     Frame,
     Kind,
     MotionReply,
@@ -62,7 +64,7 @@ class MotomanConfig:
             raise InputError("MotomanConfig: group is 0 to 3, timeout_s above 0.")
 
 
-class MotomanArm:
+class MotomanArm(Link):
     """One group of a controller, e.g. the right arm of an SDA10F.
 
     It does not feel contacts. The controller stops all groups at once, and checks that a trajectory starts within 30
@@ -80,19 +82,19 @@ class MotomanArm:
         """Connects and waits for the first state. dof: joints of the arm. Raises LabError, InputError."""
         if not 1 <= dof <= JOINTS:
             raise InputError(f"A group of a Motoman has at most {JOINTS} joints, not {dof}.")
-        host, timeout_s = config.host, config.timeout_s
-        self.name, self.group, self.dof = f"Motoman at {host}, group {config.group}", config.group, dof
-        self._news = threading.Condition()
+        super().__init__(f"Motoman at {config.host}, group {config.group}")
+        self.group, self.dof, self._config = config.group, dof, config
         self._qpos: np.ndarray | None = None
         self._others: dict[str, float] = {}
         self._robot: RobotStatus | None = None
         self._stamps = [0.0, 0.0]
-        self._lost = ""
-        self._state = Channel(host, config.state_port, timeout_s)
-        self._reader = threading.Thread(target=self._read, name="torc-motoman-state", daemon=True)
-        self._reader.start()
-        self._await_first_state(_FIRST * timeout_s)
-        self._config = config
+        self._state = Channel(config.host, config.state_port, config.timeout_s)
+        threading.Thread(target=self._read, name="torc-motoman-state", daemon=True).start()
+        known = self._await(lambda: self._qpos is not None and self._robot, _FIRST * config.timeout_s)
+        if self.lost or not known:
+            self._state.close()
+            self._check()
+            raise LabError(f"{self.name} does not tell its state: is there such a group?")
         self._motion: Channel | None = None
         self._lock: ControllerLock | None = None
         self._opening = threading.RLock()
@@ -103,8 +105,7 @@ class MotomanArm:
     def status(self) -> ArmStatus:
         """The latest; as old as the older of positions and state. Raises LabError if the connection is lost."""
         with self._news:
-            if self._lost:
-                raise LabError(self._lost)
+            self._check()
             assert self._qpos is not None
             assert self._robot is not None
             moving = self._robot.in_motion != 0
@@ -113,8 +114,7 @@ class MotomanArm:
     def other_joints(self) -> Mapping[str, float]:
         """The first joint of every other group, radians: that of a torso is its only one. Raises LabError."""
         with self._news:
-            if self._lost:
-                raise LabError(self._lost)
+            self._check()
             return dict(self._others)
 
     def enable(self) -> None:
@@ -122,10 +122,6 @@ class MotomanArm:
         LabError with the controller's reason.
         """
         self._command(Command.START_TRAJ_MODE)
-
-    def disable(self) -> None:
-        """Lets no trajectories in any more, so that the pendant has the robot again. Raises LabError."""
-        self._command(Command.STOP_TRAJ_MODE)
 
     def start(self, trajectory: Trajectory) -> None:
         """Sends the first point, which the controller checks, and goes on sending. Raises LabError if it refuses."""
@@ -142,9 +138,7 @@ class MotomanArm:
 
     def ended(self) -> str | None:
         """None until all points are sent and the controller's queue is empty. Raises LabError if it is lost."""
-        with self._news:
-            if self._lost:
-                raise LabError(self._lost)
+        self._check()
         return self._ended
 
     def stop(self) -> None:
@@ -161,8 +155,7 @@ class MotomanArm:
         """Stops, and ends both connections."""
         with suppress(LabError):
             self.stop()  # the controller would keep its queue for whoever connects next
-        with self._news:
-            self._lost = self._lost or f"{self.name} was closed."
+        self._lose("it was closed")
         self._state.close()
         if self._motion is not None:
             self._motion.close()
@@ -190,24 +183,13 @@ class MotomanArm:
                     ) from error
             return self._motion
 
-    def _await_first_state(self, seconds: float) -> None:
-        with self._news:
-            known = self._news.wait_for(
-                lambda: self._lost or (self._qpos is not None and self._robot), seconds
-            )
-        if self._lost or not known:
-            self._state.close()
-            raise LabError(self._lost or f"{self.name} does not tell its state: is there such a group?")
-
     def _command(self, command: Command) -> int:
         """The subcode of a command that succeeded. Raises LabError with the reason of one that did not."""
         sequence = next(self._sequence)
         body = motion_ctrl(self.group, sequence, command, self._order)
         reply = self._asked(Frame(Kind.MOTION_CTRL, Comm.REQUEST, body))
         if (reply.command, reply.sequence) != (command, sequence):
-            raise self._lose(
-                f"{self.name} answered something else than command {command} of number {sequence}."
-            )
+            raise self._lose(f"it answered something else than command {command} of number {sequence}")
         if reply.result != Result.SUCCESS:
             raise LabError(f"{self.name} refuses {command.name}: {reply.reason}.")
         return reply.subcode
@@ -219,7 +201,7 @@ class MotomanArm:
     def _asked(self, frame: Frame) -> MotionReply:
         reply = self._opened().ask(frame)
         if reply.kind != Kind.MOTION_REPLY:
-            raise self._lose(f"{self.name} answered with a message of type {reply.kind}.")
+            raise self._lose(f"it answered with a message of type {reply.kind}")
         return MotionReply.unpack(reply.body, self._order)
 
     def _send(self, trajectory: Trajectory, k: int, cancelled: threading.Event) -> str:
@@ -231,7 +213,7 @@ class MotomanArm:
             reply = self._asked(frame)
             # MotoROS of old leaves the number out.
             if reply.command != Kind.JOINT_TRAJ_PT_FULL or reply.sequence not in (k, -1):
-                raise self._lose(f"{self.name} answered something else than point {k}.")
+                raise self._lose(f"it answered something else than point {k}")
             if reply.result == Result.SUCCESS:
                 return ""
             if reply.result != Result.BUSY:
@@ -241,54 +223,36 @@ class MotomanArm:
 
     def _stream(self, trajectory: Trajectory, cancelled: threading.Event) -> None:
         """Sends the other points, and waits until the queue is empty."""
+        how, k = "", 1
         try:
-            for k in range(1, len(trajectory.times_s)):
-                if refused := self._send(trajectory, k, cancelled):
-                    self._finish(refused, cancelled)
-                    return
-            while not cancelled.wait(_POLL_S):
+            while not how and k < len(trajectory.times_s):
+                how, k = self._send(trajectory, k, cancelled), k + 1
+            while not how and not cancelled.wait(_POLL_S):
                 if self._command(Command.CHECK_QUEUE_COUNT) == 0:
-                    self._finish("", cancelled)
-                    return
+                    break
         except LabError as error:
-            self._finish(str(error), cancelled)
-
-    def _finish(self, how: str, cancelled: threading.Event) -> None:
+            how = str(error)
         if not cancelled.is_set():
             self._ended = how
 
     def _read(self) -> None:
         """Takes in what the controller tells of itself."""
-        takes: dict[int, Callable[[Frame], bool]] = {
-            Kind.ROBOT_STATUS: self._take_status,
-            Kind.JOINT_FEEDBACK: self._take_feedback,
-            Kind.JOINT_FEEDBACK_EX: self._take_feedback,
-        }
         try:
             while True:
                 frame = self._state.receive()
                 with self._news:
-                    if frame.kind in takes and takes[frame.kind](frame):
-                        self._news.notify_all()
+                    if frame.kind == Kind.ROBOT_STATUS:
+                        self._robot = RobotStatus.unpack(frame.body, self._order)
+                        self._stamps[0] = time.monotonic()
+                    elif frame.kind in (Kind.JOINT_FEEDBACK, Kind.JOINT_FEEDBACK_EX):
+                        for feedback in feedback_of(frame, self._order):
+                            self._take(feedback)
+                    self._news.notify_all()
         except Exception as error:  # whatever ends the reader, nobody may go on without it
-            self._lose(f"{self.name} is lost: {error}")
+            self._lose(error)
 
-    def _take_status(self, frame: Frame) -> bool:
-        self._robot = RobotStatus.unpack(frame.body, self._order)
-        self._stamps[0] = time.monotonic()
-        return True
-
-    def _take_feedback(self, frame: Frame) -> bool:
-        for feedback in feedback_of(frame, self._order):
-            if feedback.group == self.group:
-                self._qpos = feedback.qpos[: self.dof]
-                self._stamps[1] = time.monotonic()
-            else:
-                self._others[f"group {feedback.group}"] = float(feedback.qpos[0])
-        return self._qpos is not None
-
-    def _lose(self, why: str) -> LabError:
-        with self._news:
-            self._lost = self._lost or why
-            self._news.notify_all()
-        return LabError(self._lost)
+    def _take(self, feedback: Feedback) -> None:
+        if feedback.group == self.group:
+            self._qpos, self._stamps[1] = feedback.qpos[: self.dof], time.monotonic()
+        else:
+            self._others[f"group {feedback.group}"] = float(feedback.qpos[0])

@@ -17,6 +17,7 @@ from torc_lab.protocols import LabError
 
 ByteOrder = Literal["big", "little"]
 """FS100: big. DX100, DX200, YRC1000: little."""
+_SIGN: dict[ByteOrder, str] = {"big": ">", "little": "<"}
 MOTION_PORT, STATE_PORT = 50240, 50241
 JOINTS = 10
 """Numbers per joint quantity in a message, whatever the robot has."""
@@ -50,9 +51,6 @@ class Command(IntEnum):
     CHECK_MOTION_READY = 200101
     CHECK_QUEUE_COUNT = 200102
     STOP_MOTION = 200111
-    START_SERVOS = 200112
-    STOP_SERVOS = 200113
-    RESET_ALARM = 200114
     START_TRAJ_MODE = 200121
     STOP_TRAJ_MODE = 200122
 
@@ -112,21 +110,19 @@ class Frame:
 
     def pack(self, order: ByteOrder) -> bytes:
         """With its length in front."""
-        header = struct.pack(_sign(order) + "4i", _HEADER + len(self.body), self.kind, self.comm, self.reply)
+        header = struct.pack(_SIGN[order] + "4i", _HEADER + len(self.body), self.kind, self.comm, self.reply)
         return header + self.body
 
     @classmethod
     def unpack(cls, data: bytes, order: ByteOrder) -> Self:
         """Of what follows the length. Raises LabError if that is too short."""
-        if len(data) < _HEADER:
-            raise LabError(f"A message of simple_message has at least {_HEADER} bytes, not {len(data)}.")
-        kind, comm, reply = struct.unpack(_sign(order) + "3i", data[:_HEADER])
+        kind, comm, reply = _numbers("3i", data[:_HEADER], order)
         return cls(kind, comm, data[_HEADER:], reply)
 
 
 def byte_order(length: bytes) -> ByteOrder:
     """The order in which a length of four bytes makes sense. Raises LabError if it does in none, or both."""
-    found: list[ByteOrder] = [o for o in _ORDERS if _HEADER <= int.from_bytes(length, o) <= MAX_LENGTH]
+    found = [order for order in _SIGN if _HEADER <= int.from_bytes(length, order) <= MAX_LENGTH]
     if len(found) != 1:
         raise LabError(f"It sent {length.hex(' ')}, which is no length of a message of simple_message.")
     return found[0]
@@ -145,8 +141,7 @@ class RobotStatus:
     motion_possible: int
 
     def pack(self, order: ByteOrder) -> bytes:
-        """The body."""
-        return struct.pack(_sign(order) + "7i", *vars(self).values())
+        return struct.pack(_SIGN[order] + "7i", *vars(self).values())
 
     @classmethod
     def unpack(cls, body: bytes, order: ByteOrder) -> Self:
@@ -177,9 +172,8 @@ class TrajectoryPoint:
     qvel: Float[np.ndarray, "dof"]
 
     def pack(self, order: ByteOrder) -> bytes:
-        """The body."""
-        numbers = [self.time_s, *_padded(self.qpos), *_padded(self.qvel), *[0.0] * JOINTS]
-        return struct.pack(_sign(order) + "3i31f", self.group, self.sequence, _ALL_FIELDS, *numbers)
+        numbers = [self.time_s, *_padded(self.qpos), *_padded(self.qvel), *_padded([])]
+        return struct.pack(_SIGN[order] + "3i31f", self.group, self.sequence, _ALL_FIELDS, *numbers)
 
     @classmethod
     def unpack(cls, body: bytes, order: ByteOrder) -> Self:
@@ -199,9 +193,8 @@ class Feedback:
 
     def pack(self, order: ByteOrder) -> bytes:
         """The body of a JOINT_FEEDBACK."""
-        return struct.pack(
-            _sign(order) + "2i31f", self.group, 2, 0.0, *_padded(self.qpos), *[0.0] * 2 * JOINTS
-        )
+        numbers = [0.0, *_padded(self.qpos), *_padded([]), *_padded([])]
+        return struct.pack(_SIGN[order] + "2i31f", self.group, 2, *numbers)
 
 
 def feedback_of(frame: Frame, order: ByteOrder) -> tuple[Feedback, ...]:
@@ -228,7 +221,7 @@ def feedback_of(frame: Frame, order: ByteOrder) -> tuple[Feedback, ...]:
 
 def motion_ctrl(group: int, sequence: int, command: Command, order: ByteOrder) -> bytes:
     """The body of a MOTION_CTRL."""
-    return struct.pack(_sign(order) + "3i10f", group, sequence, command, *[0.0] * JOINTS)
+    return struct.pack(_SIGN[order] + "3i10f", group, sequence, command, *_padded([]))
 
 
 @dataclass(frozen=True)
@@ -242,8 +235,7 @@ class MotionReply:
     subcode: int
 
     def pack(self, order: ByteOrder) -> bytes:
-        """The body."""
-        return struct.pack(_sign(order) + "5i10f", *vars(self).values(), *[0.0] * JOINTS)
+        return struct.pack(_SIGN[order] + "5i10f", *vars(self).values(), *_padded([]))
 
     @classmethod
     def unpack(cls, body: bytes, order: ByteOrder) -> Self:
@@ -254,14 +246,7 @@ class MotionReply:
     def reason(self) -> str:
         """Why it was refused, in words."""
         result = Result(self.result).name.lower() if self.result in set(Result) else f"result {self.result}"
-        return SUBCODES.get(self.subcode, f"{result}, code {self.subcode}").strip()
-
-
-_ORDERS: tuple[ByteOrder, ByteOrder] = ("big", "little")
-
-
-def _sign(order: ByteOrder) -> str:
-    return ">" if order == "big" else "<"
+        return SUBCODES.get(self.subcode, f"{result}, code {self.subcode}")
 
 
 def _padded(values: Sequence[float] | np.ndarray) -> list[float]:
@@ -269,7 +254,9 @@ def _padded(values: Sequence[float] | np.ndarray) -> list[float]:
 
 
 def _numbers(form: str, body: bytes, order: ByteOrder) -> tuple[int, ...]:
-    form = _sign(order) + form
-    if len(body) != struct.calcsize(form):
-        raise LabError(f"A message body has {len(body)} bytes; {struct.calcsize(form)} were expected.")
-    return struct.unpack(form, body)
+    try:
+        return struct.unpack(_SIGN[order] + form, body)
+    except struct.error as error:
+        raise LabError(
+            f"A message of simple_message with {len(body)} bytes is of another size: {error}."
+        ) from None

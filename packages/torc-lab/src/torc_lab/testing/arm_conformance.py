@@ -12,8 +12,7 @@ from torc import TorcError
 from torc.registry.kinds import ARM_DRIVERS
 from torc.testing.conformance import require, trait_faults
 from torc_lab.checks import turning
-from torc_lab.driver_rules import AT_ONCE_S, state_faults
-from torc_lab.protocols import ArmDriver, LabError, missing_methods
+from torc_lab.protocols import AT_ONCE_S, ArmDriver, LabError, missing_methods, state_faults
 
 _TURN_RAD, _MOTION_S = 0.05, 1.0
 _ENDS_S, _ARRIVED_RAD = 3.0, 0.01

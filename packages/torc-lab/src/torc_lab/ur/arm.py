@@ -5,7 +5,6 @@ import json
 import subprocess
 import sys
 import threading
-import time
 from contextlib import suppress
 from dataclasses import dataclass
 from importlib.util import find_spec
@@ -13,11 +12,13 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Float
+from scipy.interpolate import CubicHermiteSpline
 
 from torc import InputError
 from torc.errors import MissingDependencyError, extra_remedy
 from torc.records import Trajectory
 from torc_lab.exclusive import ControllerLock
+from torc_lab.link import Link
 from torc_lab.protocols import ArmStatus, LabError
 from torc_lab.ros.messages import ur_safety_fault
 
@@ -68,7 +69,7 @@ class UrConfig:
             raise InputError("UrConfig: a host, and a timeout_s above 0.")
 
 
-class UrArm:
+class UrArm(Link):
     """A UR in remote control. Its program, ur_rtde's, is uploaded at the first motion, and ends one that runs.
 
     Set points are streamed (servoJ), so that the way and its speed are those that were checked, and a robot that hears
@@ -87,11 +88,9 @@ class UrArm:
             raise InputError(f"A UR has {_DOF} joints; the robot description has {dof}.")
         if find_spec("rtde_control") is None:
             raise MissingDependencyError("ur_rtde, for arms of Universal Robots,", extra_remedy("ur"))
-        self.config, self.name = config, f"UR at {config.host}"
-        self.feels_contact = config.feels_contact
-        self._news = threading.Condition()
+        super().__init__(f"UR at {config.host}")
+        self.config, self.feels_contact = config, config.feels_contact
         self._state: tuple[Any, ...] | None = None
-        self._lost = ""
         self._lock: ControllerLock | None = None
         self._numbers, self._latest, self._begun = itertools.count(1), 0, 0
         self._ended: str | None = ""
@@ -100,16 +99,17 @@ class UrArm:
         command = [sys.executable, "-m", "torc_lab.ur.session", config.host, *map(str, numbers)]
         pipe = subprocess.PIPE
         # A session of its own: Ctrl-C in the terminal is torc's to handle.
-        self._process = subprocess.Popen(
+        self._process: Any = subprocess.Popen(
             command, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL, start_new_session=True
         )
         self._sending = threading.RLock()
         self._reader = threading.Thread(target=self._read, name="torc-ur", daemon=True)
         self._reader.start()
-        if not self._await(lambda: self._state is not None):
+        if not self._await(lambda: self._state is not None, config.timeout_s):
+            self._lose(f"it said nothing within {config.timeout_s:g} s")
             self.close()
             raise LabError(
-                f"{self.name} cannot be reached: {self._lost}. Is it on, and its RTDE interface not taken by "
+                f"{self.name} cannot be reached: {self.lost}. Is it on, and its RTDE interface not taken by "
                 "EtherNet/IP or PROFINET?"
             )
 
@@ -120,9 +120,8 @@ class UrArm:
             assert self._state is not None
             stamp_s, qpos, fastest, force, mode, safety, slider = self._state
             moving = self._ended is None or fastest > _MOVING_RAD_S
-            contact_n = (
-                float(np.linalg.norm(np.array(force) - self._untouched_n)) if self.feels_contact else 0.0
-            )
+            beyond_n = float(np.linalg.norm(np.array(force) - self._untouched_n))
+            contact_n = beyond_n if self.feels_contact else 0.0
         return ArmStatus(stamp_s, np.array(qpos), moving, ur_fault(mode, safety, slider), contact_n)
 
     def start(self, trajectory: Trajectory) -> None:
@@ -137,17 +136,17 @@ class UrArm:
             self._latest, self._ended = next(self._numbers), None
             self._untouched_n = np.array(self._state[3])
         self._send({"move": self._latest, "points": np.round(points, 7).tolist()})
-        if not self._await(lambda: self._begun == self._latest or self._ended is not None):
+        begun = lambda: self._begun == self._latest or self._ended is not None  # noqa: E731
+        if not self._await(begun, self.config.timeout_s):
             self.stop()
-            raise LabError(self._lost or f"{self.name} did not begin the motion.")
+            raise LabError(f"{self.name} did not begin the motion.")
         if self._begun != self._latest:
             raise LabError(f"{self.name} refuses the motion: {self._ended}.")
 
     def ended(self) -> str | None:
         """None until all set points are sent and the arm has settled. Raises LabError if it is lost."""
-        with self._news:
-            self._check()
-            return self._ended
+        self._check()
+        return self._ended
 
     def stop(self) -> None:
         """No more set points; the robot brakes (servoStop). Raises LabError if it cannot be told."""
@@ -155,74 +154,47 @@ class UrArm:
 
     def close(self) -> None:
         """Stops, ends the program on the robot, and the connection."""
-        with self._news:
-            self._lost = self._lost or f"{self.name} was closed"
+        self._lose("it was closed")
         with suppress(OSError), self._sending:
-            if self._process.stdin is not None:
-                self._process.stdin.close()
+            self._process.stdin.close()
         try:
             self._process.wait(_ENDS_S)
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
         self._reader.join()
-        if self._process.stdout is not None:
-            self._process.stdout.close()
+        self._process.stdout.close()
         if self._lock is not None:
             self._lock.release()
 
     def _send(self, message: dict[str, Any]) -> None:
-        with self._news:
-            self._check()
+        self._check()
         try:
             with self._sending:
-                assert self._process.stdin is not None
                 self._process.stdin.write(json.dumps(message).encode() + b"\n")
                 self._process.stdin.flush()
         except (OSError, ValueError) as error:
-            raise LabError(f"{self.name} is lost: {self._lost or error}.") from error
-
-    def _await(self, known: Any) -> bool:
-        with self._news:
-            deadline = time.monotonic() + self.config.timeout_s
-            while not known() and not self._lost and (left := deadline - time.monotonic()) > 0:
-                self._news.wait(left)
-            if not known() and not self._lost:
-                self._lost = (
-                    f"it said nothing within {self.config.timeout_s:g} s" if self._state is None else ""
-                )
-            return bool(known())
+            raise self._lose(error) from error
 
     def _read(self) -> None:
         """Takes in what the session tells."""
         why = "the process that speaks to it ended"
-        assert self._process.stdout is not None
         for line in self._process.stdout:
             try:
                 message = json.loads(line)
                 with self._news:
-                    why = self._take(message) or why
+                    if "state" in message:
+                        self._state = tuple(message["state"])
+                    elif "begun" in message:
+                        self._begun = message["begun"]
+                    elif message.get("ended") == self._latest:
+                        self._ended = message["why"]
+                    why = message.get("lost", why)
                     self._news.notify_all()
-            except (ValueError, KeyError, TypeError) as error:
+            except (ValueError, KeyError, TypeError, AttributeError) as error:
                 why = f"its session wrote nonsense: {error}"
                 self._process.kill()
-        with self._news:
-            self._lost = self._lost or why
-            self._news.notify_all()
-
-    def _take(self, message: dict[str, Any]) -> str:
-        """Why the connection is lost, if the message says so."""
-        if "state" in message:
-            self._state = tuple(message["state"])
-        elif "begun" in message:
-            self._begun = message["begun"]
-        elif "ended" in message and message["ended"] == self._latest:
-            self._ended = message["why"]
-        return str(message.get("lost", ""))
-
-    def _check(self) -> None:
-        if self._lost:
-            raise LabError(f"{self.name} is lost: {self._lost}.")
+        self._lose(why)
 
 
 def ur_fault(mode: int, safety: int, slider: float) -> str:
@@ -244,10 +216,4 @@ def set_points(trajectory: Trajectory, rate_hz: float) -> Float[np.ndarray, "n d
     """
     times = trajectory.times_s - trajectory.times_s[0]
     at = np.append(np.arange(0, times[-1], 1 / rate_hz), times[-1])
-    k = np.clip(np.searchsorted(times, at, side="right") - 1, 0, len(times) - 2)
-    span = (times[k + 1] - times[k])[:, None]
-    s = (at - times[k])[:, None] / span
-    q, v = trajectory.qpos, trajectory.qvel
-    begin, end = s * s * (2 * s - 3) + 1, s * s * (3 - 2 * s)
-    leave, arrive = s * (s - 1) ** 2, s * s * (s - 1)
-    return np.asarray(begin * q[k] + end * q[k + 1] + span * (leave * v[k] + arrive * v[k + 1]))
+    return np.asarray(CubicHermiteSpline(times, trajectory.qpos, trajectory.qvel)(at))

@@ -18,7 +18,7 @@ import threading
 import time
 from typing import Any
 
-VARIABLES = (
+VARIABLES = [
     "timestamp",
     "actual_q",
     "actual_qd",
@@ -30,7 +30,7 @@ VARIABLES = (
     "safety_status_bits",
     "speed_scaling",
     "target_speed_fraction",
-)
+]
 _SILENT_S = {True: 0.5, False: 3.0}
 """Whoever hears nothing for so long ends, by whether a motion is under way; the supervisor has stopped it before."""
 _BLIND_S = 0.1
@@ -51,7 +51,7 @@ class Session:
 
         self.host, self.rate_hz, self.lookahead_s, self.gain = host, rate_hz, lookahead_s, gain
         self._out, self._out_lock = out, threading.Lock()
-        self._receive = RTDEReceiveInterface(host, rate_hz, list(VARIABLES))
+        self._receive = RTDEReceiveInterface(host, rate_hz, VARIABLES)
         self._control: Any = None
         self._cancelled = threading.Event()
         self._mover = threading.Thread()
@@ -97,15 +97,10 @@ class Session:
                 self._lose("it fell silent")
             if stamp != before:
                 before, since = stamp, now
-                self.say({"state": [now, *self._state()]})
+                fastest, force = max(map(abs, receive.getActualQd())), receive.getActualTCPForce()[:3]
+                modes = receive.getRobotMode(), receive.getSafetyMode(), receive.getTargetSpeedFraction()
+                self.say({"state": [now, receive.getActualQ(), fastest, force, *modes]})
             time.sleep(0.5 / self.rate_hz)
-
-    def _state(self) -> list[Any]:
-        receive = self._receive
-        fastest = max(map(abs, receive.getActualQd()))
-        force = receive.getActualTCPForce()[:3]
-        modes = receive.getRobotMode(), receive.getSafetyMode()
-        return [receive.getActualQ(), fastest, force, *modes, receive.getTargetSpeedFraction()]
 
     def _lose_if_cut(self) -> None:
         if not self._receive.isConnected():
@@ -134,9 +129,7 @@ class Session:
         deadline = time.monotonic() + _PROGRAM_S
         while not self._control.isProgramRunning():
             if time.monotonic() > deadline:
-                return (
-                    "its program does not start; is the robot in remote control, and are its brakes released?"
-                )
+                return "its program does not start. Is the robot in remote control, are its brakes released?"
             time.sleep(0.01)
         return ""
 
