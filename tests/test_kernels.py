@@ -22,7 +22,7 @@ from torc.task_planning.relations import find_relations
 from torc.testing.synthetic import random_clutter, synthetic_observation
 
 UNUSED = [
-    *(f"torc.robots.ik.{name}" for name in ("_damped_step", "_descend", "numeric_ik_kernel")),
+    *(f"torc.robots.ik.{name}" for name in ("_descend", "numeric_ik_kernel")),
     "torc.task_planning.belief.box_kernels._voxel",
     *(f"torc.task_planning.path_kernels.{name}" for name in ("_lowest", "_popcount", "_signed")),
 ]

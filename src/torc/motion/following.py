@@ -7,11 +7,11 @@ import numpy as np
 from jaxtyping import Float, Int
 from numba import njit
 
-from torc.collision.placement import RobotArrays, forward
+from torc.collision.placement import RobotArrays
 from torc.geometry.transforms import kernel_array
 from torc.motion.config import CartesianConfig
 from torc.robots.description import ArmDescription
-from torc.robots.kinematics_kernels import jacobian_kernel, pose_error
+from torc.robots.kinematics import forward, jacobian, pose_error
 
 _TOLERANCE = 1e-5
 """Metres and radians, per axis."""
@@ -25,7 +25,7 @@ def follow_waypoints(q_start, targets, robot, lower, upper, max_step_rad, tolera
     limit, or changes a joint by more than max_step_rad.
     """
     dof = q_start.shape[0]
-    Ts, scratch = np.empty((dof + 1, 3, 4)), np.empty((3, 4))
+    Ts, scratch = np.empty((dof + 1, 3, 4)), np.empty((2, 3, 4))
     J, error = np.empty((6, dof)), np.empty(6)
     damping = 1e-7 * np.eye(6)
     q = q_start.copy()
@@ -36,7 +36,7 @@ def follow_waypoints(q_start, targets, robot, lower, upper, max_step_rad, tolera
             if pose_error(Ts[dof], targets[k], error) < tolerance:
                 met = True
                 break
-            jacobian_kernel(Ts, robot.axes, J)
+            jacobian(Ts, robot.axes, J)
             q += J.T @ np.linalg.solve(J @ J.T + damping, error)
         if not met:
             return k
