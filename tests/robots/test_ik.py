@@ -131,9 +131,8 @@ class TestStructure:
     def test_the_default_arm_is_srs(self):
         structure = detect_srs(load_robot().arm)
         assert structure is not None
-        _, shoulder, _, wrist, _ = structure
-        np.testing.assert_allclose(shoulder, [0.1, -0.265, 1.2], atol=1e-9)
-        np.testing.assert_allclose(wrist, [0.1, -0.985, 1.2], atol=1e-9)
+        np.testing.assert_allclose(structure.shoulder, [0.1, -0.265, 1.2], atol=1e-9)
+        np.testing.assert_allclose(structure.wrist, [0.1, -0.985, 1.2], atol=1e-9)
 
     def test_each_shipped_arm_has_one(self, robot):
         detected = [detect(robot.arm) is not None for detect in (detect_srs, detect_parallel)]

@@ -11,7 +11,7 @@ from torc.collision.obstacles import SELF, STATIC, WorldArrays, clear_touched
 from torc.collision.placement import RobotArrays, joint_reach, place_spheres, scratch_for
 from torc.errors import InputError
 from torc.geometry.transforms import kernel_array
-from torc.robots.description import RobotDescription
+from torc.robots.description import Qpos, RobotDescription
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ def self_contacts(
 def attached_contacts(
     world: CollisionWorld,
     robot: RobotDescription | RobotArrays,
-    qpos: Float[np.ndarray, "dof"],
+    qpos: Qpos,
     width_m: float,
     attached: Float[np.ndarray, "a 4"],
 ) -> Bool[np.ndarray, "a"]:
@@ -154,7 +154,7 @@ def edges_collide(
 def carved(
     world: CollisionWorld,
     robot: RobotDescription | RobotArrays,
-    qpos: Float[np.ndarray, "dof"],
+    qpos: Qpos,
     width_m: float,
     margin_m: float = 0.0,
     attached: Float[np.ndarray, "a 4"] | None = None,

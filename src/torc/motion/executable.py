@@ -12,16 +12,14 @@ from jaxtyping import Bool, Float, Int
 from numba import njit
 
 from torc.collision.collision_world import CollisionWorld
-from torc.collision.contacts import blockers, robot_arrays, static_contacts
-from torc.collision.placement import RobotArrays, place_spheres, scratch_for
+from torc.collision.contacts import blockers, static_contacts
+from torc.collision.placement import place_spheres, scratch_for
 from torc.geometry.transforms import kernel_array
 from torc.grasping.validity import tool0_targets
 from torc.motion.config import MotionConfig
-from torc.motion.following import follow_lines, waypoints_of
 from torc.motion.holding import Held, held_where_it_lies
-from torc.motion.line_context import line_context
-from torc.motion.lines import line_counts
-from torc.motion.straight_motions import StraightMotions
+from torc.motion.lines import LineContext, lines_exist
+from torc.motion.mover import Mover
 from torc.records import GraspReport, GraspSet, GraspStatus, OcclusionVolume, SegmentedScene
 from torc.robots.description import RobotDescription
 
@@ -38,7 +36,7 @@ def without_lines(
 ) -> Bool[np.ndarray, "n"]:
     """Return the VALID grasps that have no straight approach from a free pre-grasp, or no straight lift.
 
-    These are exactly the ones for which `StraightMotions.candidates` finds nothing, whatever the start.
+    These are exactly the ones for which `line_candidates` finds nothing, whatever the start.
 
     Args:
         grasps, report, scene, volume, world: as in a PickRequest.
@@ -48,24 +46,15 @@ def without_lines(
     """
     out = np.zeros(len(grasps), dtype=bool)
     valid = np.flatnonzero(report.status == GraspStatus.VALID)
-    arrays, camera = robot_arrays(robot), scene.observation.T_world_camera[:3, 3].astype(float)
     if len(valid) == 0:
         return out
+    mover, camera = Mover(robot, config), scene.observation.T_world_camera[:3, 3].astype(float)
     # Most can be carried out from their configuration in the report: all are checked at once.
     own_ids = grasps.object_ids[valid].astype(np.int64)
-    starts = _Starts(
-        robot=robot,
-        arrays=arrays,
-        world=world,
-        config=config,
-        qpos=report.qpos[valid],
-        Ts_world_tool0=tool0_targets(grasps, robot.gripper)[valid],
-        own_ids=own_ids,
-    )
+    starts = _Starts(mover, world, report.qpos[valid], tool0_targets(grasps, robot.gripper)[valid], own_ids)
     bounds = {k: _bounding_sphere(scene.object(k).points) for k in set(own_ids.tolist())}
     good = starts.raisable(np.array([bounds[k] for k in own_ids.tolist()]))
     good[good] = starts.among(good).approachable(-grasps.Ts_world_tcp[valid[good], :3, 2])
-    straight = StraightMotions(robot.arm, config)
 
     @cache
     def held(object_id: int) -> Held:
@@ -76,9 +65,8 @@ def without_lines(
     for grasp in valid[~good].tolist():
         own_id = int(grasps.object_ids[grasp])
         T, width_m = grasps.Ts_world_tcp[grasp], float(grasps.widths_m[grasp])
-        hold = partial(held, own_id)
-        context = line_context(robot, arrays, world, starts.opening_m, own_id, T, width_m, hold)
-        out[grasp] = not straight.exist(context, report.qpos[grasp])
+        context = LineContext(mover, world, own_id, T, width_m, partial(held, own_id))
+        out[grasp] = not lines_exist(context, report.qpos[grasp])
     return out
 
 
@@ -89,10 +77,8 @@ _ROOM_M = 0.03
 class _Starts:
     """Grasps to follow lines from: configuration, pose of the flange, own object; and the surroundings."""
 
-    robot: RobotDescription
-    arrays: RobotArrays
+    mover: Mover
     world: CollisionWorld
-    config: MotionConfig
     qpos: Float[np.ndarray, "m dof"]
     Ts_world_tool0: Float[np.ndarray, "m 4 4"]
     own_ids: Int[np.ndarray, "m"]
@@ -101,46 +87,35 @@ class _Starts:
         qpos, Ts, own_ids = self.qpos[mask], self.Ts_world_tool0[mask], self.own_ids[mask]
         return replace(self, qpos=qpos, Ts_world_tool0=Ts, own_ids=own_ids)
 
-    @property
-    def opening_m(self) -> float:
-        """Opening of the gripper before it closes."""
-        return self.config.opening(self.robot.gripper.max_width_m)
-
-    def _followed(
-        self, directions: Float[np.ndarray, "m 3"], length_m: float, waypoints: int | None = None
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """See `follow_lines`."""
-        config, qpos, Ts = self.config.cartesian, self.qpos, self.Ts_world_tool0
-        return follow_lines(self.robot.arm, self.arrays, qpos, Ts, directions, length_m, config, waypoints)
-
     def raisable(self, bounds: Float[np.ndarray, "m 4"]) -> Bool[np.ndarray, "m"]:
         """Check whether the shortest lift can be followed, clear of fixed things, with the object off the robot."""
-        config = self.config.cartesian
-        length_m, count = max(config.lifts_m), min(line_counts(config.lifts_m, config.step_m))
-        up = np.tile([0.0, 0.0, 1.0], (len(self.qpos), 1))
-        path, reached = self._followed(up, length_m, count)
+        mover, lifts_m = self.mover, self.mover.config.cartesian.lifts_m
+        length_m, count = max(lifts_m), min(mover.line_counts(lifts_m))
+        path, reached = mover.follow(
+            self.qpos, self.Ts_world_tool0, np.array([0.0, 0.0, 1.0]), length_m, count
+        )
         path = np.concatenate([self.qpos[:, None], path], axis=1)[:, ::2]
         good = (reached == count) & ~self._fixed(path).any(axis=1)
-        raised = length_m / waypoints_of(length_m, config.step_m) * 2 * np.arange(path.shape[1])
+        raised = length_m / mover.waypoints(length_m) * 2 * np.arange(path.shape[1])
         spheres = np.repeat(bounds[:, None], path.shape[1], axis=1)
         spheres[:, :, 2] += raised
         rows = np.repeat(good[:, None], path.shape[1], axis=1)
         near = np.zeros(rows.shape, dtype=bool)
         padding_m = self.world.config.self_padding_m
         near[rows] = _near_robot(
-            kernel_array(path[rows]), kernel_array(spheres[rows]), self.arrays, padding_m
+            kernel_array(path[rows]), kernel_array(spheres[rows]), mover.arrays, padding_m
         )
         return good & ~near.any(axis=1)
 
     def approachable(self, backward: Float[np.ndarray, "m 3"]) -> Bool[np.ndarray, "m"]:
         """Check whether there is a free pre-grasp, and a line from it that is clear of everything fixed."""
-        config = self.config.cartesian
-        counts = line_counts(config.back_offs_m, config.step_m)
-        path, reached = self._followed(backward, max(config.back_offs_m))
+        mover, back_offs_m = self.mover, self.mover.config.cartesian.back_offs_m
+        counts = mover.line_counts(back_offs_m)
+        path, reached = mover.follow(self.qpos, self.Ts_world_tool0, backward, max(back_offs_m))
         # Waypoints that were not reached are not finite, and count as in contact.
         ends = path[:, [c - 1 for c in counts]]
         qpos, own_ids = ends.reshape(-1, path.shape[2]), np.repeat(self.own_ids, len(counts))
-        free = blockers(self.world, self.arrays, qpos, self.opening_m, own_ids).free.reshape(ends.shape[:2])
+        free = blockers(self.world, mover.arrays, qpos, mover.opening_m, own_ids).free.reshape(ends.shape[:2])
         fixed = self._fixed(np.concatenate([self.qpos[:, None], path], axis=1)[:, ::2])
         out = np.zeros(len(self.qpos), dtype=bool)
         for j, count in enumerate(counts):
@@ -151,7 +126,9 @@ class _Starts:
     def _fixed(self, paths: Float[np.ndarray, "m w dof"]) -> Bool[np.ndarray, "m w"]:
         """Check whether table, bin or the robot itself is touched at each waypoint."""
         flat = paths.reshape(-1, paths.shape[2])
-        return static_contacts(self.world, self.arrays, flat, self.opening_m).reshape(paths.shape[:2])
+        return static_contacts(self.world, self.mover.arrays, flat, self.mover.opening_m).reshape(
+            paths.shape[:2]
+        )
 
 
 def _bounding_sphere(points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "4"]:

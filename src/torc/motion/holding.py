@@ -114,10 +114,7 @@ def held_where_it_lies(
 
 
 def possible_points(
-    o: SegmentedObject,
-    camera_position: Float[np.ndarray, "3"],
-    volume: OcclusionVolume,
-    support_z_m: float,
+    o: SegmentedObject, camera_position: Float[np.ndarray, "3"], volume: OcclusionVolume, support_z_m: float
 ) -> Float[np.ndarray, "n 3"]:
     """Return points (world frame) whose hull holds the object where it is now, wherever it may extend unseen.
 

@@ -11,6 +11,7 @@ from torc.collision.contacts import with_attached, world_arrays
 from torc.collision.obstacles import WorldArrays
 from torc.collision.placement import RobotArrays, joint_reach
 from torc.geometry.transforms import kernel_array
+from torc.robots.description import Qpos
 
 
 @dataclass(frozen=True)
@@ -32,9 +33,9 @@ class FreeSpace:
     width_m: float
     reach: Float[np.ndarray, "dof links"]
     step_m: float
-    lower: Float[np.ndarray, "dof"]
-    upper: Float[np.ndarray, "dof"]
-    weights: Float[np.ndarray, "dof"]
+    lower: Qpos
+    upper: Qpos
+    weights: Qpos
 
     @property
     def scene(self) -> tuple[float, RobotArrays, WorldArrays, np.ndarray, float]:
@@ -50,16 +51,14 @@ class FreeSpace:
         )
         return (bits != 0) | (flags != 0)
 
-    def edges_collide(
-        self, start: Float[np.ndarray, "dof"], ends: Float[np.ndarray, "n dof"]
-    ) -> Bool[np.ndarray, "n"]:
+    def edges_collide(self, start: Qpos, ends: Float[np.ndarray, "n dof"]) -> Bool[np.ndarray, "n"]:
         """Check whether each straight edge from start touches anything."""
         n = len(ends)
         width_m, *scene = self.scene
         starts = kernel_array(np.broadcast_to(start, ends.shape))
         return edges_batch(starts, kernel_array(ends), np.full(n, width_m), np.zeros(n, np.uint64), *scene)
 
-    def edge_free(self, a: Float[np.ndarray, "dof"], b: Float[np.ndarray, "dof"]) -> bool:
+    def edge_free(self, a: Qpos, b: Qpos) -> bool:
         """Check whether the straight edge touches nothing."""
         return not self.edges_collide(a, b[None])[0]
 
@@ -73,7 +72,7 @@ def free_space(
     world: CollisionWorld,
     width_m: float,
     limits: tuple[np.ndarray, np.ndarray],
-    max_speed: Float[np.ndarray, "dof"],
+    max_speed: Qpos,
     attached: Float[np.ndarray, "a 4"] | None = None,
 ) -> FreeSpace:
     """Build the free space of a robot in a world.
@@ -118,7 +117,7 @@ class MotionQuery:
     """
 
     space: FreeSpace
-    start: Float[np.ndarray, "dof"]
+    start: Qpos
     goals: Float[np.ndarray, "g dof"]
     later_s: Float[np.ndarray, "g"] | None = None
 

@@ -10,7 +10,7 @@ from jaxtyping import Float
 from numba import njit
 
 from torc.geometry.transforms import Pose, kernel_array
-from torc.robots.description import ArmDescription, RobotDescription
+from torc.robots.description import ArmDescription, Qpos, RobotDescription
 
 
 class Chain(NamedTuple):
@@ -44,7 +44,7 @@ def tool0_poses(arm: ArmDescription, qpos: Float[np.ndarray, "n dof"]) -> Float[
     return link_poses(arm, qpos)[:, -1]
 
 
-def tcp_pose(robot: RobotDescription, q: Float[np.ndarray, "dof"], width_m: float) -> Pose:
+def tcp_pose(robot: RobotDescription, q: Qpos, width_m: float) -> Pose:
     """Return the world pose of the TCP at one configuration."""
     return tool0_poses(robot.arm, np.asarray(q)[None])[0] @ robot.gripper.T_tool0_tcp(width_m)
 

@@ -4,10 +4,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from torc.collision.contacts import robot_arrays
-from torc.collision.placement import RobotArrays
 from torc.motion.config import MotionConfig
 from torc.motion.free_motions import FreeMotions
+from torc.motion.mover import Mover
 from torc.motion.protocol import NoMotionError
 from torc.motion.sampling_planner import SamplingMotionPlanner
 from torc.motion.space import MotionQuery
@@ -36,22 +35,14 @@ class CuroboMotionPlanner(SamplingMotionPlanner):
     ) -> None:
         asked = CuroboConfig() if config is None else config
         super().__init__(robot, workspace, asked)
-        client = NetworkClient(asked.server)
-        self.free = NetworkFreeMotions(robot, robot_arrays(robot), workspace, asked, client)
+        self.free = NetworkFreeMotions(self.mover, workspace, NetworkClient(asked.server))
 
 
 class NetworkFreeMotions(FreeMotions):
     """Free motions that a server plans; each is checked before it is used."""
 
-    def __init__(
-        self,
-        robot: RobotDescription,
-        arrays: RobotArrays,
-        workspace: Workspace,
-        config: MotionConfig,
-        client: NetworkClient,
-    ) -> None:
-        super().__init__(robot, arrays, workspace, config)
+    def __init__(self, mover: Mover, workspace: Workspace, client: NetworkClient) -> None:
+        super().__init__(mover, workspace)
         self.client = client
 
     def _motion(
@@ -60,7 +51,7 @@ class NetworkFreeMotions(FreeMotions):
         """A free motion to one of the goals, and which. Raises NoMotionError where the server finds none, or one that
         touches something by torc's own check; and NetworkError, also for a motion that was not asked for.
         """
-        arm = self._robot.arm
+        arm = self._mover.arm
         index = query.by_time()[: self._config.search.goals]
         fields = world_fields(query.space) | {
             "joint_names": list(arm.joint_names),
