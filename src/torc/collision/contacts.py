@@ -6,9 +6,9 @@ import numpy as np
 from jaxtyping import Bool, Float, UInt64
 
 from torc.collision.collision_world import CollisionWorld
-from torc.collision.contact_kernels import contacts_batch, edges_batch
+from torc.collision.contact_kernels import contacts_batch
 from torc.collision.obstacles import SELF, STATIC, WorldArrays, clear_touched
-from torc.collision.placement import RobotArrays, joint_reach, place_spheres, scratch_for
+from torc.collision.placement import RobotArrays, place_spheres, scratch_for
 from torc.errors import InputError
 from torc.geometry.transforms import kernel_array
 from torc.robots.description import Qpos, RobotDescription
@@ -55,9 +55,7 @@ def blockers(
         width_m: opening of the gripper.
         own_id: object to be grasped per configuration; negative for none.
     """
-    arrays = _arrays(robot)
-    q, width, own = _batch(arrays, qpos, width_m, own_id)
-    bits, flags = contacts_batch(q, width, own, arrays, world_arrays(world), False, True)
+    bits, flags = _touched(world, _arrays(robot), qpos, width_m, own_id, first_only=False)
     return Contacts(bits, (flags & STATIC) != 0, (flags & SELF) != 0)
 
 
@@ -68,9 +66,7 @@ def static_contacts(
     width_m: Float[np.ndarray, "n"] | float,
 ) -> Bool[np.ndarray, "n"]:
     """Check whether each configuration touches table, bin or the robot itself; voxels are ignored."""
-    arrays = _arrays(robot)
-    q, width, own = _batch(arrays, qpos, width_m, -1)
-    return contacts_batch(q, width, own, arrays, world_arrays(world), True, False)[1] != 0
+    return _touched(world, _arrays(robot), qpos, width_m, voxels_too=False)[1] != 0
 
 
 def self_contacts(
@@ -82,8 +78,7 @@ def self_contacts(
 ) -> Bool[np.ndarray, "n"]:
     """Check whether the robot, with attached spheres (see `collides`), touches itself at each configuration."""
     arrays = with_attached(_arrays(robot), attached)
-    q, width, own = _batch(arrays, qpos, width_m, -1)
-    return (contacts_batch(q, width, own, arrays, world_arrays(world), False, False)[1] & SELF) != 0
+    return (_touched(world, arrays, qpos, width_m, first_only=False, voxels_too=False)[1] & SELF) != 0
 
 
 def attached_contacts(
@@ -124,31 +119,8 @@ def collides(
         attached: spheres (x, y, z, radius) in the tool0 frame that move with the gripper, e.g. a held object. Like the
             gripper, they ignore the voxels of ignore_id. They must not touch the robot itself either.
     """
-    arrays = with_attached(_arrays(robot), attached)
-    q, width, own = _batch(arrays, qpos, width_m, ignore_id)
-    bits, flags = contacts_batch(q, width, own, arrays, world_arrays(world), True, True)
+    bits, flags = _touched(world, with_attached(_arrays(robot), attached), qpos, width_m, ignore_id)
     return (bits != 0) | (flags != 0)
-
-
-def edges_collide(
-    world: CollisionWorld,
-    robot: RobotDescription | RobotArrays,
-    starts: Float[np.ndarray, "n dof"],
-    ends: Float[np.ndarray, "n dof"],
-    width_m: Float[np.ndarray, "n"] | float,
-    ignore_id: int = -1,
-    attached: Float[np.ndarray, "a 4"] | None = None,
-) -> Bool[np.ndarray, "n"]:
-    """Check whether anything is touched on each straight joint-space edge, ends included (see CollisionConfig)."""
-    arrays = with_attached(_arrays(robot), attached)
-    a, width, own = _batch(arrays, starts, width_m, ignore_id)
-    b = _batch(arrays, ends, width_m, ignore_id)[0]
-    if a.shape != b.shape:
-        raise InputError(f"Edges need as many starts as ends, not {len(a)} and {len(b)}.")
-    if not (np.all(np.isfinite(a)) and np.all(np.isfinite(b))):
-        raise InputError("The ends of edges must be finite.")
-    reach = joint_reach(arrays, float(np.max(width, initial=0.0)))
-    return edges_batch(a, b, width, own, arrays, world_arrays(world), reach, world.config.edge_step_m)
 
 
 def carved(
@@ -171,9 +143,9 @@ def carved(
         only_id: remove only this object's voxels; negative for all.
     """
     arrays = with_attached(_arrays(robot), attached)
-    q, _, only = _batch(arrays, np.asarray(qpos)[None], width_m, only_id)
-    dof, scratch = q.shape[1], scratch_for(arrays)
-    place_spheres(q[0], float(width_m), arrays, scratch)
+    q, only = kernel_array(np.asarray(qpos)), _bits_of(np.array([only_id]))
+    dof, scratch = len(q), scratch_for(arrays)
+    place_spheres(q, float(width_m), arrays, scratch)
     link = np.repeat(np.arange(len(arrays.link_start) - 1), np.diff(arrays.link_start))
     c = world.config
     growth = np.select(
@@ -269,15 +241,24 @@ def _arrays(robot: RobotDescription | RobotArrays) -> RobotArrays:
     return robot if isinstance(robot, RobotArrays) else robot_arrays(robot)
 
 
-def _batch(
-    arrays: RobotArrays, qpos: np.ndarray, width_m: np.ndarray | float, own_id: np.ndarray | int
-) -> tuple[np.ndarray, np.ndarray, UInt64[np.ndarray, "n"]]:
-    """Return contiguous configurations, widths, and own ids as bits."""
-    q = kernel_array(qpos)
-    dof = len(arrays.axes)
-    if q.ndim != 2 or q.shape[1] != dof:
+def _touched(
+    world: CollisionWorld,
+    arrays: RobotArrays,
+    qpos: np.ndarray,
+    width_m: np.ndarray | float,
+    own_id: np.ndarray | int = -1,
+    first_only: bool = True,
+    voxels_too: bool = True,
+) -> tuple[UInt64[np.ndarray, "n"], np.ndarray]:
+    """Return objects touched as bits, and flags, at each configuration; see `contacts_at`."""
+    q, n, dof = kernel_array(qpos), len(qpos), len(arrays.axes)
+    if q.shape != (n, dof):
         raise InputError(f"qpos must have shape (n, {dof}), not {q.shape}.")
-    width = kernel_array(np.broadcast_to(np.asarray(width_m, dtype=float), (len(q),)))
-    ids = np.broadcast_to(np.asarray(own_id, dtype=np.int64), (len(q),))
-    bits = np.where(ids >= 0, np.uint64(1) << np.maximum(ids, 0).astype(np.uint64), np.uint64(0))
-    return q, width, kernel_array(bits, np.uint64)
+    width = kernel_array(np.broadcast_to(np.asarray(width_m, dtype=float), n))
+    own = kernel_array(_bits_of(np.broadcast_to(np.asarray(own_id), n)), np.uint64)
+    return contacts_batch(q, width, own, arrays, world_arrays(world), first_only, voxels_too)
+
+
+def _bits_of(ids: np.ndarray) -> UInt64[np.ndarray, "n"]:
+    """Return the bit of each id; none for negative ones."""
+    return np.where(ids >= 0, np.uint64(1) << np.maximum(ids, 0).astype(np.uint64), np.uint64(0))

@@ -20,19 +20,16 @@ _NEAR_SUPPORT_M = 0.03
 
 
 @dataclass(frozen=True)
-class Completion:
-    """What the whole object may be like.
+class AssumedBody:
+    """The upright box that an object is assumed to fill.
 
     Attributes:
-        points, normals: points of the back that nothing contradicts, world frame.
-        center: estimated centre of mass.
+        center: estimated centre of mass, world frame.
         view: horizontal unit direction from the camera to the object.
         size_m: extent along `view`, across it, and in height.
         seen_depth_m: extent along `view` of what is seen and felt.
     """
 
-    points: Float[np.ndarray, "m 3"]
-    normals: Float[np.ndarray, "m 3"]
     center: Float[np.ndarray, "3"]
     view: Float[np.ndarray, "3"]
     size_m: Float[np.ndarray, "3"]
@@ -40,13 +37,11 @@ class Completion:
 
 
 @dataclass(frozen=True)
-class AssumedBody:
-    """The upright box that an object is assumed to fill; see `Completion`."""
+class Completion(AssumedBody):
+    """That box, and points of the back with outward normals that nothing contradicts, world frame."""
 
-    center: Float[np.ndarray, "3"]
-    view: Float[np.ndarray, "3"]
-    size_m: Float[np.ndarray, "3"]
-    seen_depth_m: float
+    points: Float[np.ndarray, "m 3"]
+    normals: Float[np.ndarray, "m 3"]
 
 
 def complete(
@@ -71,10 +66,9 @@ def complete(
         config: assumed depths.
     """
     body = assumed_body(points, felt, camera_position, support_z_m, config)
-    center = body.center
-    turned, outward = turned_half(points, center), turned_half(normals, np.zeros(3))
+    turned, outward = _turned_half(points, body.center), _turned_half(normals, np.zeros(3))
     keep = ~_contradicted(turned, object_id, volume) & ~_seen_already(turned, points, 1.5 * config.voxel_m)
-    return Completion(turned[keep], outward[keep], center, body.view, body.size_m, body.seen_depth_m)
+    return Completion(**vars(body), points=turned[keep], normals=outward[keep])
 
 
 def assumed_body(
@@ -109,7 +103,9 @@ def robust_range(values: Float[np.ndarray, "n k"]) -> tuple[Float[np.ndarray, "k
     return ranked[skip], ranked[len(values) - 1 - skip]
 
 
-def turned_half(points: Float[np.ndarray, "n 3"], center: Float[np.ndarray, "3"]) -> Float[np.ndarray, "n 3"]:
+def _turned_half(
+    points: Float[np.ndarray, "n 3"], center: Float[np.ndarray, "3"]
+) -> Float[np.ndarray, "n 3"]:
     """Turn points by half a turn about the vertical through a centre."""
     out = points.copy()
     out[:, :2] = 2 * center[:2] - points[:, :2]

@@ -118,8 +118,7 @@ class GeometricGraspPlanner:
         kept = [thinned(p.grasps.scores, p.blocked, p.grasps.Ts_world_tcp, config) for p in parts]
         free = [k[~p.blocked[k]] for p, k in zip(parts, kept)]
         spread = self._concatenated([_rows(p.grasps, k) for p, k in zip(parts, free)])
-        ids = spread.object_ids.astype(np.int64)
-        in_the_way = voxel_blockers(spread.Ts_world_tcp, spread.widths_m, ids, volume, self.hand) != 0
+        in_the_way = voxel_blockers(spread, volume, self.hand) != 0
         out, start = [], 0
         for part, k, f in zip(parts, kept, free):
             blocked = part.blocked.copy()

@@ -12,10 +12,10 @@ from torc.collision.contacts import blockers, collides, robot_arrays
 from torc.collision.placement import RobotArrays
 from torc.errors import InputError
 from torc.geometry.transforms import invert, kernel_array
-from torc.grasping.cells import box_reached
+from torc.grasping.cells import gather
 from torc.grasping.clouds import scene_cells
 from torc.grasping.config import ValidityConfig
-from torc.grasping.hand import hand_geometry, reach_at
+from torc.grasping.hand import between_pads, hand_geometry, reach_at
 from torc.grasping.hand_contacts import hand_contacts
 from torc.records import GraspReport, GraspSet, GraspStatus, SegmentedScene
 from torc.robots.description import RobotDescription
@@ -62,8 +62,7 @@ def evaluate_grasps_without_robot(
     """Run `evaluate_grasps` for the gripper alone: every grasp counts as reachable, and qpos has no columns."""
     config = ValidityConfig() if config is None else config
     _check_ids(grasps, scene)
-    own, hand = grasps.object_ids.astype(np.int64), hand_geometry(gripper)
-    touched = hand_contacts(grasps.Ts_world_tcp, grasps.widths_m, own, world, hand)
+    touched = hand_contacts(grasps, world, hand_geometry(gripper))
     found = np.zeros((len(grasps), 0)), np.ones(len(grasps), dtype=bool), *touched
     return _report(grasps, scene, gripper, found, config)
 
@@ -90,8 +89,7 @@ def _best_branches(
         return qpos, np.zeros(0, dtype=bool), bits, fixed
     own = grasps.object_ids.astype(np.int64)
     # If the gripper itself is blocked, no elbow position helps: these grasps get one try.
-    hand = hand_geometry(robot.gripper)
-    hand_bits, hand_fixed = hand_contacts(grasps.Ts_world_tcp, grasps.widths_m, own, world, hand)
+    hand_bits, hand_fixed = hand_contacts(grasps, world, hand_geometry(robot.gripper))
     hopeful = (hand_bits == 0) & ~hand_fixed
     solutions = solve_ik(robot.arm, tool0_targets(grasps, robot.gripper))
     arrays, width = robot_arrays(robot), robot.gripper.max_width_m
@@ -214,11 +212,10 @@ def _count(Ts, widths, own_ids, cells, hand):
     Between: within the opening along x, within the pads along y, and from the pads' rear end in the open state to the
     closed fingertips along z. Inside: in a finger of the open gripper.
     """
-    points, ids = cells.points, cells.tags
     counts = np.zeros((3, len(widths)), np.int64)
     between, inside, foreign = counts[0], counts[1], counts[2]
-    box = np.empty((2, 3))
-    per_id = np.zeros(64, dtype=np.int64)
+    box, per_id = np.empty((2, 3)), np.zeros(64, dtype=np.int64)
+    local, index = np.empty((len(cells.points), 3)), np.empty(len(cells.points), dtype=np.int64)
     inner, outer = 0.5 * hand.max_width_m, 0.5 * hand.max_width_m + hand.finger_x
     for n in range(len(widths)):
         R, tip = Ts[n, :3, :3].copy(), Ts[n, :3, 3].copy()
@@ -226,20 +223,12 @@ def _count(Ts, widths, own_ids, cells, hand):
         box[0, 0], box[0, 1], box[0, 2] = -outer, -hand.finger_y, shift_z - hand.finger_z
         box[1, 0], box[1, 1], box[1, 2] = outer, hand.finger_y, 0.0
         per_id[:] = 0
-        for c in range(len(cells.radii)):
-            if not box_reached(R, tip, cells.centers[c], cells.radii[c], box):
-                continue
-            for i in range(cells.starts[c], cells.starts[c + 1]):
-                px, py, pz = points[i, 0] - tip[0], points[i, 1] - tip[1], points[i, 2] - tip[2]
-                z = R[0, 2] * px + R[1, 2] * py + R[2, 2] * pz
-                y = R[0, 1] * px + R[1, 1] * py + R[2, 1] * pz
-                if z > 0.0 or z < box[0, 2] or abs(y) > hand.finger_y:
-                    continue
-                x = abs(R[0, 0] * px + R[1, 0] * py + R[2, 0] * pz)
-                if x < inner and abs(y) < hand.pad_y and z > -hand.pad_z:
-                    per_id[ids[i]] += 1
-                elif x >= inner and x <= outer and z <= shift_z and ids[i] == own_ids[n]:
-                    inside[n] += 1
+        for i in range(gather(R, tip, box, cells, local, index)):
+            x, y, z, tag = abs(local[i, 0]), local[i, 1], local[i, 2], cells.tags[index[i]]
+            if between_pads(x, y, z, inner, hand):
+                per_id[tag] += 1
+            elif x >= inner and z <= shift_z and tag == own_ids[n]:
+                inside[n] += 1
         between[n] = per_id[own_ids[n]]
         per_id[own_ids[n]] = 0
         foreign[n] = per_id.max()

@@ -51,11 +51,13 @@ class FreeSpace:
         )
         return (bits != 0) | (flags != 0)
 
-    def edges_collide(self, start: Qpos, ends: Float[np.ndarray, "n dof"]) -> Bool[np.ndarray, "n"]:
-        """Check whether each straight edge from start touches anything."""
+    def edges_collide(
+        self, starts: Float[np.ndarray, "*m dof"], ends: Float[np.ndarray, "n dof"]
+    ) -> Bool[np.ndarray, "n"]:
+        """Check whether each straight edge touches anything; `starts` may be one for all."""
         n = len(ends)
         width_m, *scene = self.scene
-        starts = kernel_array(np.broadcast_to(start, ends.shape))
+        starts = kernel_array(np.broadcast_to(starts, ends.shape))
         return edges_batch(starts, kernel_array(ends), np.full(n, width_m), np.zeros(n, np.uint64), *scene)
 
     def edge_free(self, a: Qpos, b: Qpos) -> bool:
