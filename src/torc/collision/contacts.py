@@ -53,7 +53,7 @@ def blockers(
         robot: description, or its arrays from `robot_arrays` for frequent calls.
         qpos: radians; a row with NaN is reported as static and self collision.
         width_m: opening of the gripper.
-        own_id: object to be grasped per configuration; negative for none.
+        own_id: the own object per configuration; negative for none.
     """
     bits, flags = _touched(world, _arrays(robot), qpos, width_m, own_id, first_only=False)
     return Contacts(bits, (flags & STATIC) != 0, (flags & SELF) != 0)
@@ -108,16 +108,10 @@ def collides(
     ignore_id: int = -1,
     attached: Float[np.ndarray, "a 4"] | None = None,
 ) -> Bool[np.ndarray, "n"]:
-    """Check whether each configuration touches anything.
+    """Check whether each configuration touches anything; `ignore_id` as own_id of `blockers`.
 
-    Args:
-        world: the obstacles.
-        robot: description, or its arrays from `robot_arrays` for frequent calls.
-        qpos: radians.
-        width_m: opening of the gripper.
-        ignore_id: as own_id of `blockers`.
-        attached: spheres (x, y, z, radius) in the tool0 frame that move with the gripper, e.g. a held object. Like the
-            gripper, they ignore the voxels of ignore_id. They must not touch the robot itself either.
+    `attached`: spheres (x, y, z, radius) in the tool0 frame that move with the gripper, e.g. a held object. Like the
+    gripper, they ignore the voxels of ignore_id. They must not touch the robot itself either.
     """
     bits, flags = _touched(world, with_attached(_arrays(robot), attached), qpos, width_m, ignore_id)
     return (bits != 0) | (flags != 0)
@@ -132,15 +126,10 @@ def carved(
     attached: Float[np.ndarray, "a 4"] | None = None,
     only_id: int = -1,
 ) -> CollisionWorld:
-    """Return the world without the voxels that the robot touches at one configuration.
+    """Return the world without the voxels that the robot touches where it is known, or allowed, to be.
 
-    For places where the robot is known to be, or allowed to be.
-
-    Args:
-        world, robot, qpos, width_m, attached: as in `collides`.
-        margin_m: the robot is grown by its paddings and this margin, attached spheres by half of it: they are already
-            larger than what they stand for.
-        only_id: remove only this object's voxels; negative for all.
+    It is grown by its paddings and the margin, attached spheres by half of that: they are already larger than what they
+    stand for. `only_id`: remove only this object's voxels; negative for all.
     """
     arrays = with_attached(_arrays(robot), attached)
     q, only = kernel_array(np.asarray(qpos)), _bits_of(np.array([only_id]))

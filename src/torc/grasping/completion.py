@@ -54,16 +54,9 @@ def complete(
     support_z_m: float,
     config: CloudConfig,
 ) -> Completion:
-    """Guess the hidden back of one object.
+    """Guess the hidden back of one object from its seen points, and those that a finger `felt`; world frame.
 
-    Args:
-        points, normals: seen points, world frame.
-        felt: points that a finger touched, world frame; the back extends to them.
-        camera_position: world frame.
-        object_id: the object.
-        volume: rules out guesses in space that was seen free, or to hold another object.
-        support_z_m: height of the support.
-        config: assumed depths.
+    The volume rules out guesses in space that was seen free, or to hold another object.
     """
     body = assumed_body(points, felt, camera_position, support_z_m, config)
     turned, outward = _turned_half(points, body.center), _turned_half(normals, np.zeros(3))

@@ -86,14 +86,7 @@ Rngs = Mapping[int, np.random.Generator]
 
 
 class GeometricGraspPlanner:
-    """Plans grasps from geometry alone; needs no trained network, only a score.
-
-    Args:
-        gripper: the gripper.
-        support_z_m: height of the table top.
-        config: settings.
-        scorer: rates the candidates; the shipped model by default.
-    """
+    """Plans grasps from geometry alone; needs no trained network, only a score (by default the shipped model)."""
 
     generator_names: tuple[str, ...] = GENERATOR_NAMES
     """Names of the generators."""
@@ -143,10 +136,7 @@ class GeometricGraspPlanner:
     def propose(self, scene: SegmentedScene, clouds: SceneClouds, rngs: Rngs) -> Mapping[int, Proposals]:
         """Return unchecked candidates for each of `clouds.objects`; a subclass may take them from elsewhere.
 
-        Args:
-            scene: as perceived.
-            clouds: the scene's clouds, thinned out and completed.
-            rngs: a generator per object id.
+        `rngs` holds a generator per object id.
         """
         return {cloud.id: self._generated(cloud, clouds, rngs[cloud.id]) for cloud in clouds.objects}
 

@@ -36,13 +36,8 @@ def without_lines(
 ) -> Bool[np.ndarray, "n"]:
     """Return the VALID grasps that have no straight approach from a free pre-grasp, or no straight lift.
 
-    These are exactly the ones for which `line_candidates` finds nothing, whatever the start.
-
-    Args:
-        grasps, report, scene, volume, world: as in a PickRequest.
-        robot: whose arm.
-        support_z_m: height of the table top.
-        config: settings of the motion planner that will carry them out.
+    These are exactly the ones for which `line_candidates` finds nothing, whatever the start. `config`: settings of the
+    motion planner that will carry them out; the rest as in a PickRequest.
     """
     out = np.zeros(len(grasps), dtype=bool)
     valid = np.flatnonzero(report.status == GraspStatus.VALID)

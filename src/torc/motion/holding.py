@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
+from scipy.ndimage import binary_erosion
 from scipy.spatial import ConvexHull, QhullError, cKDTree
 
 from torc.geometry.transforms import Pose, transform_points
@@ -17,7 +18,6 @@ from torc.grasping.config import CloudConfig
 from torc.records import OcclusionVolume, SegmentedObject
 
 _MAX_POINTS = 1000
-_NEIGHBOURS = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]])
 
 
 @dataclass(frozen=True)
@@ -94,11 +94,7 @@ def _outer_cells(
     index = np.stack(np.meshgrid(*(np.arange(k) for k in n), indexing="ij"), axis=-1).reshape(-1, 3)
     centers = start + cell * index
     inside = np.all(centers @ planes[:, :3].T + planes[:, 3] <= 0.25 * cell, axis=1).reshape(n)
-    padded = np.pad(inside, 1)
-    core = np.ones_like(inside)
-    for d in _NEIGHBOURS:
-        core &= padded[1 + d[0] : 1 + d[0] + n[0], 1 + d[1] : 1 + d[1] + n[1], 1 + d[2] : 1 + d[2] + n[2]]
-    return centers[(inside & ~core).ravel()]
+    return centers[(inside & ~binary_erosion(inside)).ravel()]
 
 
 def held_where_it_lies(

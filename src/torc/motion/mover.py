@@ -66,12 +66,8 @@ class Mover:
     ) -> tuple[Float[np.ndarray, "b m dof"], Int[np.ndarray, "b"]]:
         """Return joint paths along straight lines of the flange, and how many waypoints in a row each one meets.
 
-        Args:
-            starts: configurations, not included in the paths.
-            Ts_world_tool0: poses at the starts, or one for all; the orientation is kept.
-            directions: unit vectors, world frame, or one for all.
-            length_m: length of the lines, in steps of at most `step_m` of the settings.
-            waypoints: number of waypoints from the start; None for all. Paths are NaN beyond their end.
+        Poses at the starts and directions (unit vectors, world frame) may be one for all; the orientation is kept. The
+        paths leave out the starts, end after `waypoints` if given, and are NaN beyond the last waypoint that is met.
         """
         steps, config = self.waypoints(length_m), self.config.cartesian
         starts, n, margin = kernel_array(starts), len(starts), config.limit_margin_rad

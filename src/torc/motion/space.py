@@ -35,7 +35,7 @@ class FreeSpace:
     step_m: float
     lower: Qpos
     upper: Qpos
-    weights: Qpos
+    weights: Float[np.ndarray, "dof"]
 
     @property
     def scene(self) -> tuple[float, RobotArrays, WorldArrays, np.ndarray, float]:
@@ -74,18 +74,12 @@ def free_space(
     world: CollisionWorld,
     width_m: float,
     limits: tuple[np.ndarray, np.ndarray],
-    max_speed: Qpos,
+    max_speed: Float[np.ndarray, "dof"],
     attached: Float[np.ndarray, "a 4"] | None = None,
 ) -> FreeSpace:
-    """Build the free space of a robot in a world.
+    """Build the free space of a robot in a world, within joint limits (lower, upper).
 
-    Args:
-        robot: its arrays.
-        world: obstacles.
-        width_m: opening of the gripper.
-        limits: lower and upper joint limits, radians.
-        max_speed: of the joints, radians per second.
-        attached: spheres (x, y, z, radius) that move with the gripper, tool0 frame.
+    `attached`: spheres (x, y, z, radius) that move with the gripper, tool0 frame.
     """
     robot, width_m = with_attached(robot, attached), float(width_m)
     reach, step_m = joint_reach(robot, width_m), world.config.edge_step_m

@@ -125,12 +125,7 @@ def time_line(
 ) -> Trajectory:
     """Return the motion along a straight line of the TCP: its speed rises, holds and falls, within all limits.
 
-    Args:
-        waypoints: configurations along the line.
-        distances_m: distance of the TCP from the start at each, rising from 0.
-        max_speed_m_s: of the TCP.
-        arm: limits.
-        config: shares of the limits.
+    `distances_m`: distance of the TCP from the start at each waypoint, rising from 0; `max_speed_m_s`: of the TCP.
     """
     spline = CubicSpline(distances_m, waypoints)
     s = np.linspace(0.0, distances_m[-1], 4 * len(waypoints))
@@ -262,11 +257,8 @@ def fastest_speeds(
 ) -> Float[np.ndarray, "m"]:
     """Return the path speed ds/dt at each grid point, 0 at both ends.
 
-    Args:
-        grid: values of the path parameter s, rising.
-        starts, ends: q' at the start and at the end of each interval.
-        curvatures: q'' on each interval.
-        max_speed, max_acceleration: of the joints.
+    `grid`: rising values of the path parameter s; `starts`, `ends`: q' at either end of each interval; `curvatures`:
+    q'' on it; then the limits of the joints.
     """
     arrays = (grid, starts, ends, curvatures, max_speed, max_acceleration)
     return _profile(*map(kernel_array, arrays))

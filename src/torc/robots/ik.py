@@ -9,12 +9,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from numba import njit
 
 from torc.errors import InputError
-from torc.geometry.transforms import kernel_array
-from torc.robots.description import ArmDescription
+from torc.geometry.transforms import Pose, invert, kernel_array, make_pose
+from torc.robots.description import ArmDescription, RobotDescription
 from torc.robots.ik_kernels import Joints, wrap_into_limits, write_best_first
 from torc.robots.ik_seven import detect_offset_wrist, detect_srs, offset_wrist_ik_kernel, srs_ik_kernel
 from torc.robots.ik_six import detect_parallel, parallel_ik_kernel
@@ -130,16 +130,8 @@ def solve_ik(
 ) -> IkSolutions:
     """Return all solutions found for each pose of the flange, within the joint limits, including angles 2 pi apart.
 
-    Args:
-        arm: the arm.
-        Ts_world_tool0: poses of the flange, world frame.
-        config: sampling and ranking.
-
-    Returns:
-        The solutions, by distance from the rest configuration with a penalty near joint limits.
-
-    Raises:
-        InputError: a pose is not a rigid transform.
+    They are ranked by distance from the rest configuration with a penalty near joint limits. Raises InputError if a
+    pose is not a rigid transform.
     """
     config = config or IkConfig()
     Ts = kernel_array(Ts_world_tool0)
@@ -187,3 +179,29 @@ def closed_form(arm: ArmDescription, config: IkConfig) -> Solver | None:
 def _numeric(arm: ArmDescription, config: IkConfig) -> Solver:
     chain, starts = chain_of(arm), _starts(arm, config.starts)
     return lambda Ts, *rest: numeric_ik_kernel(Ts, chain, starts, config.iterations, config.tolerance, *rest)
+
+
+_TILTS_RAD = (0.0, np.pi / 4, np.pi / 2)
+"""Tilts of the approach: straight down, slanting, level."""
+
+
+def reached(robot: RobotDescription, points: Float[np.ndarray, "n 3"]) -> Bool[np.ndarray, "n"]:
+    """Check whether the half-open gripper's TCP reaches each point (world frame, metres), ignoring collisions.
+
+    It comes from above, slanting, or level and away from the base.
+    """
+    T_tcp_tool0 = invert(robot.gripper.T_tool0_tcp(robot.gripper.max_width_m / 2))
+    Ts = [_approach(robot, point, tilt) @ T_tcp_tool0 for point in points for tilt in _TILTS_RAD]
+    found = solve_ik(robot.arm, np.array(Ts)).count > 0
+    return np.asarray(found.reshape(len(points), -1).any(axis=1))
+
+
+def _approach(robot: RobotDescription, point: Float[np.ndarray, "3"], tilt_rad: float) -> Pose:
+    """Return the TCP's pose at a point: z the approach, tilted from straight down away from the base; x level."""
+    away = point[:2] - robot.arm.T_world_base[:2, 3]
+    distance = float(np.linalg.norm(away))
+    # Above the base every direction leads away.
+    away = away / distance if distance > 1e-6 else np.array([1.0, 0.0])
+    z = np.array([*(np.sin(tilt_rad) * away), -np.cos(tilt_rad)])
+    x = np.array([-away[1], away[0], 0.0])
+    return make_pose(np.column_stack([x, np.cross(z, x), z]), point)

@@ -75,10 +75,12 @@ def parse_spheres(
 def static_spheres(model: Model, links: np.ndarray, tolerance_m: float) -> Float[np.ndarray, "k 4"]:
     """Return spheres of everything that does not move, world frame."""
     model.place({})
-    geoms = [g for b in range(model.m.nbody) if links[b] == -1 for g in model.collision_geoms(b)]
-    return np.concatenate(
-        [np.zeros((0, 4)), *(_geom_spheres(model, g, np.eye(4), tolerance_m) for g in geoms)]
-    )
+    covers = [_geom_spheres(model, g, np.eye(4), tolerance_m) for g in _geoms_of(model, links, -1)]
+    return np.concatenate([np.zeros((0, 4)), *covers])
+
+
+def _geoms_of(model: Model, links: np.ndarray, link: int) -> list[int]:
+    return [g for body in np.flatnonzero(links == link) for g in model.collision_geoms(body)]
 
 
 def _open(model: Model, entry: RobotFile, gripper: GripperDescription, width_m: float) -> None:
@@ -118,8 +120,7 @@ def _knuckle_spheres(
 
     They move with the frame they move least in, enlarged by the remaining travel beyond the tolerance.
     """
-    tolerance = entry.spheres.tolerance_m
-    geoms = [g for b in range(model.m.nbody) if links[b] == KNUCKLE for g in model.collision_geoms(b)]
+    tolerance, geoms = entry.spheres.tolerance_m, _geoms_of(model, links, KNUCKLE)
     if not geoms:
         return []
     tracks, widths = [], np.linspace(0.0, gripper.max_width_m, 25)
