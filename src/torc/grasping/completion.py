@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
+from torc.grasping.cells import cell_keys
 from torc.grasping.config import CloudConfig
 from torc.records import BACKGROUND, EMPTY, OcclusionVolume
 
@@ -123,9 +124,5 @@ def _contradicted(points: np.ndarray, object_id: int, volume: OcclusionVolume) -
 
 def _seen_already(turned: np.ndarray, points: np.ndarray, cell_m: float) -> Bool[np.ndarray, "n"]:
     """Return which turned points lie in cells that hold seen points."""
-    both = np.concatenate([points, turned])
-    index = np.floor(both / cell_m).astype(np.int64)
-    index -= index.min(axis=0)
-    n = index.max(axis=0) + 1
-    key = (index[:, 0] * n[1] + index[:, 1]) * n[2] + index[:, 2]
-    return np.isin(key[len(points) :], key[: len(points)])
+    cell = cell_keys(np.concatenate([points, turned]), cell_m)
+    return np.isin(cell[len(points) :], cell[: len(points)])

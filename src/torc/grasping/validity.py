@@ -168,13 +168,15 @@ def _report(
 ) -> GraspReport:
     """Return the report: status by the first failing check, and the counts between objects."""
     qpos, reachable, bits, fixed = found
-    alone, in_object = between_and_inside(grasps, scene, gripper, config)
+    Ts, widths_m, own = kernel_array(grasps.Ts_world_tcp), kernel_array(grasps.widths_m), grasps.object_ids
+    cells, hand = scene_cells(scene, config.clouds), hand_geometry(gripper)
+    between, inside, foreign = _count(Ts, widths_m, kernel_array(own, np.int64), cells, hand)
     failed = [
         (GraspStatus.UNREACHABLE, ~reachable),
         (GraspStatus.BLOCKED, bits != 0),
         (GraspStatus.HITS_STATIC, fixed),
-        (GraspStatus.SEVERAL_OBJECTS, ~alone),
-        (GraspStatus.FINGERS_IN_OBJECT, in_object),
+        (GraspStatus.SEVERAL_OBJECTS, (between == 0) | (foreign > config.checks.max_foreign_between)),
+        (GraspStatus.FINGERS_IN_OBJECT, inside > config.checks.max_own_in_fingers),
     ]
     status = np.select([f for _, f in failed], [s.value for s, _ in failed], GraspStatus.VALID.value)
     ids = np.array(scene.ids, dtype=np.int64)
@@ -191,18 +193,6 @@ def _report(
         blocked_total=np.bincount(owner, touched.any(axis=1), len(ids)).astype(np.int32),
         valid_total=np.bincount(owner, status == GraspStatus.VALID, len(ids)).astype(np.int32),
     )
-
-
-def between_and_inside(
-    grasps: GraspSet, scene: SegmentedScene, gripper: GripperDescription, config: ValidityConfig
-) -> tuple[Bool[np.ndarray, "n"], Bool[np.ndarray, "n"]]:
-    """Check whether the grasp's own object alone is between the fingers, and whether a finger is in its points."""
-    cells = scene_cells(scene, config.clouds)
-    hand = hand_geometry(gripper)
-    Ts, widths_m = kernel_array(grasps.Ts_world_tcp), kernel_array(grasps.widths_m)
-    between, inside, foreign = _count(Ts, widths_m, kernel_array(grasps.object_ids, np.int64), cells, hand)
-    alone = (between > 0) & (foreign <= config.checks.max_foreign_between)
-    return alone, inside > config.checks.max_own_in_fingers
 
 
 @njit(cache=True)

@@ -66,14 +66,13 @@ class FreeMotions:
         The gripper's paddings are thin, for grasps in narrow places. Without more room it brushed shelves and the table
         on its way, at full speed. (What is held has thicker ones.)
         """
-        try:
-            return self._motion(query.with_room(self._config.search.room_m), PlanStage.FREE, rng)
-        except NoMotionError:
-            pass
-        try:
-            return self._motion(query, PlanStage.FREE, rng)
-        except NoMotionError as failed:
-            return self._along_a_line(context, query, rng, failed)
+        failed = NoMotionError(PlanStage.FREE, "nothing was tried.")
+        for roomy in (query.with_room(self._config.search.room_m), query):
+            try:
+                return self._motion(roomy, PlanStage.FREE, rng)
+            except NoMotionError as error:
+                failed = error
+        return self._along_a_line(context, query, rng, failed)
 
     def to_bin(self, context: LineContext, start: Qpos, rng: np.random.Generator) -> Trajectory:
         """Return the motion with the object to the bin.
@@ -86,55 +85,37 @@ class FreeMotions:
         torn out of the fingers.
         """
         failed = NoMotionError(PlanStage.TRANSFER, "nothing was tried.")
-        possible = context.held.possible
-        for held in (possible, context.held.seen):
-            for world, margin_m in self._ways_to_bin(context, start, held):
-                try:
-                    world = self._opened(world, start, context.width_m, held, margin_m)
-                    space = self._mover.space(world, context.width_m, held)
-                    if held is possible:
-                        return self._out_over_bin(context, space, start, rng)
-                    return self._over_bin(space, start, rng)
-                except NoMotionError as error:
-                    failed = error
-        margin_m = 2 * self._config.carve_margin_m
-        world = self._opened(context.without_object, start, context.width_m, possible, margin_m, strict=False)
-        space = self._mover.space(world, context.width_m, possible)
-        out = way_out(space, start, rng)
-        if out is not None and out is not start:
+        for world, held, margin_m, by_line, away in self._assumptions(context, start):
             try:
-                return self._from(start, self._out_over_bin(context, space, out, rng))
-            except NoMotionError as error:
-                failed = error
-        return self._cut_over_bin(context, start, rng, failed)
-
-    def _cut_over_bin(
-        self, context: LineContext, start: Qpos, rng: np.random.Generator, failed: NoMotionError
-    ) -> Trajectory:
-        """Plan to the bin with an object that ends before anything fixed at the start (see `cut_extents`).
-
-        Raises `failed` if it touches nothing fixed.
-        """
-        margin_m = 2 * self._config.carve_margin_m
-        for held in cut_extents(context, start):
-            try:
-                world = self._opened(context.without_object, start, context.width_m, held, margin_m)
-                return self._out_over_bin(
-                    context, self._mover.space(world, context.width_m, held), start, rng
-                )
+                world = self._opened(world, start, context.width_m, held, margin_m, strict=not away)
+                space = self._mover.space(world, context.width_m, held)
+                out = way_out(space, start, rng) if away else start
+                if out is None or (away and out is start):
+                    continue
+                if by_line:
+                    return self._from(start, self._out_over_bin(context, space, out, rng))
+                return self._over_bin(space, out, rng)
             except NoMotionError as error:
                 failed = error
         raise failed
 
-    def _ways_to_bin(
-        self, context: LineContext, start: Qpos, held: Float[np.ndarray, "a 4"]
-    ) -> list[tuple[CollisionWorld, float]]:
-        """Return what to treat as free on the way to the bin, most cautious first: a world, and room at the start."""
+    def _assumptions(
+        self, context: LineContext, start: Qpos
+    ) -> Iterator[tuple[CollisionWorld, Float[np.ndarray, "a 4"], float, bool, bool]]:
+        """Yield what to assume on the way to the bin, the most cautious first.
+
+        Obstacles, extent of the object, room at the start, whether lines out are used, and whether to move away first.
+        """
         cautious = context.world.without_object(context.own_id, unknown=False)
         bold, margin_m = context.without_object, self._config.carve_margin_m
-        if self._mover.space(cautious, context.width_m, held).collides(start[None])[0]:
-            return [(bold, margin_m), (bold, 2 * margin_m)]
-        return [(cautious, margin_m), (bold, margin_m)]
+        possible = context.held.possible
+        for held in (possible, context.held.seen):
+            touching = self._mover.space(cautious, context.width_m, held).collides(start[None])[0]
+            yield bold if touching else cautious, held, margin_m, held is possible, False
+            yield bold, held, (2 if touching else 1) * margin_m, held is possible, False
+        yield bold, possible, 2 * margin_m, True, True
+        for held in cut_extents(context, start):
+            yield bold, held, 2 * margin_m, True, False
 
     def home(self, context: LineContext, start: Qpos, rng: np.random.Generator) -> Trajectory:
         """Return the motion from over the bin, the object released, back to rest."""

@@ -80,7 +80,7 @@ def static_spheres(model: Model, links: np.ndarray, tolerance_m: float) -> Float
 
 
 def _geoms_of(model: Model, links: np.ndarray, link: int) -> list[int]:
-    return [g for body in np.flatnonzero(links == link) for g in model.collision_geoms(body)]
+    return [g for body in np.flatnonzero(links == link).tolist() for g in model.collision_geoms(body)]
 
 
 def _open(model: Model, entry: RobotFile, gripper: GripperDescription, width_m: float) -> None:
