@@ -89,9 +89,7 @@ class CollisionWorld:
 
 
 def build_collision_world(
-    volume: OcclusionVolume,
-    fixed: Workspace | Sequence[Box],
-    config: CollisionConfig | None = None,
+    volume: OcclusionVolume, fixed: Workspace | Sequence[Box], config: CollisionConfig | None = None
 ) -> CollisionWorld:
     """Build the world to check against: surface and never-seen voxels of the volume, and fixed boxes.
 

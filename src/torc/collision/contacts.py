@@ -13,6 +13,15 @@ from torc.errors import InputError
 from torc.geometry.transforms import kernel_array
 from torc.robots.description import Qpos, RobotDescription
 
+AnyRobot = RobotDescription | RobotArrays
+"""A description, or its arrays from `robot_arrays` for frequent calls."""
+Qposes = Float[np.ndarray, "n dof"]
+"""Configurations, radians."""
+Widths = Float[np.ndarray, "n"] | float
+"""Openings of the gripper: one each, or one for all."""
+Spheres = Float[np.ndarray, "a 4"]
+"""x, y, z, radius."""
+
 
 @dataclass(frozen=True)
 class Contacts:
@@ -36,11 +45,7 @@ class Contacts:
 
 
 def blockers(
-    world: CollisionWorld,
-    robot: RobotDescription | RobotArrays,
-    qpos: Float[np.ndarray, "n dof"],
-    width_m: Float[np.ndarray, "n"] | float,
-    own_id: np.ndarray | int,
+    world: CollisionWorld, robot: AnyRobot, qpos: Qposes, width_m: Widths, own_id: np.ndarray | int
 ) -> Contacts:
     """Return everything that arm and gripper touch at each configuration.
 
@@ -48,33 +53,21 @@ def blockers(
     for palm and fingers but not for the arm's links. Unknown voxels hidden by nothing that has an id, surface of no
     object, table and bin are static.
 
-    Args:
-        world: the obstacles.
-        robot: description, or its arrays from `robot_arrays` for frequent calls.
-        qpos: radians; a row with NaN is reported as static and self collision.
-        width_m: opening of the gripper.
-        own_id: the own object per configuration; negative for none.
+    A configuration with NaN is reported as static and self collision. `own_id`: negative for none.
     """
     bits, flags = _touched(world, _arrays(robot), qpos, width_m, own_id, first_only=False)
     return Contacts(bits, (flags & STATIC) != 0, (flags & SELF) != 0)
 
 
 def static_contacts(
-    world: CollisionWorld,
-    robot: RobotDescription | RobotArrays,
-    qpos: Float[np.ndarray, "n dof"],
-    width_m: Float[np.ndarray, "n"] | float,
+    world: CollisionWorld, robot: AnyRobot, qpos: Qposes, width_m: Widths
 ) -> Bool[np.ndarray, "n"]:
     """Check whether each configuration touches table, bin or the robot itself; voxels are ignored."""
     return _touched(world, _arrays(robot), qpos, width_m, voxels_too=False)[1] != 0
 
 
 def self_contacts(
-    world: CollisionWorld,
-    robot: RobotDescription | RobotArrays,
-    qpos: Float[np.ndarray, "n dof"],
-    width_m: Float[np.ndarray, "n"] | float,
-    attached: Float[np.ndarray, "a 4"] | None = None,
+    world: CollisionWorld, robot: AnyRobot, qpos: Qposes, width_m: Widths, attached: Spheres | None = None
 ) -> Bool[np.ndarray, "n"]:
     """Check whether the robot, with attached spheres (see `collides`), touches itself at each configuration."""
     arrays = with_attached(_arrays(robot), attached)
@@ -82,11 +75,7 @@ def self_contacts(
 
 
 def attached_contacts(
-    world: CollisionWorld,
-    robot: RobotDescription | RobotArrays,
-    qpos: Qpos,
-    width_m: float,
-    attached: Float[np.ndarray, "a 4"],
+    world: CollisionWorld, robot: AnyRobot, qpos: Qpos, width_m: float, attached: Spheres
 ) -> Bool[np.ndarray, "a"]:
     """Return which attached spheres (see `collides`) touch table, bin or the robot at one configuration.
 
@@ -102,11 +91,11 @@ def attached_contacts(
 
 def collides(
     world: CollisionWorld,
-    robot: RobotDescription | RobotArrays,
-    qpos: Float[np.ndarray, "n dof"],
-    width_m: Float[np.ndarray, "n"] | float,
+    robot: AnyRobot,
+    qpos: Qposes,
+    width_m: Widths,
     ignore_id: int = -1,
-    attached: Float[np.ndarray, "a 4"] | None = None,
+    attached: Spheres | None = None,
 ) -> Bool[np.ndarray, "n"]:
     """Check whether each configuration touches anything; `ignore_id` as own_id of `blockers`.
 
@@ -119,11 +108,11 @@ def collides(
 
 def carved(
     world: CollisionWorld,
-    robot: RobotDescription | RobotArrays,
+    robot: AnyRobot,
     qpos: Qpos,
     width_m: float,
     margin_m: float = 0.0,
-    attached: Float[np.ndarray, "a 4"] | None = None,
+    attached: Spheres | None = None,
     only_id: int = -1,
 ) -> CollisionWorld:
     """Return the world without the voxels that the robot touches where it is known, or allowed, to be.
@@ -132,7 +121,7 @@ def carved(
     stand for. `only_id`: remove only this object's voxels; negative for all.
     """
     arrays = with_attached(_arrays(robot), attached)
-    q, only = kernel_array(np.asarray(qpos)), _bits_of(np.array([only_id]))
+    q, only = kernel_array(qpos), _bits_of(np.array([only_id]))
     dof, scratch = len(q), scratch_for(arrays)
     place_spheres(q, float(width_m), arrays, scratch)
     link = np.repeat(np.arange(len(arrays.link_start) - 1), np.diff(arrays.link_start))
@@ -173,7 +162,7 @@ def robot_arrays(robot: RobotDescription) -> RobotArrays:
     )
 
 
-def with_attached(arrays: RobotArrays, attached: Float[np.ndarray, "a 4"] | None) -> RobotArrays:
+def with_attached(arrays: RobotArrays, attached: Spheres | None) -> RobotArrays:
     """Return the robot with spheres (x, y, z, radius; tool0 frame) attached to its gripper.
 
     They can touch the robot's fixed parts and all links of the arm but the last, which, like the gripper, never moves
@@ -226,7 +215,7 @@ def _around(centers: Float[np.ndarray, "s 3"], radii: Float[np.ndarray, "s"]) ->
     return np.append(middle, np.max(np.linalg.norm(centers - middle, axis=1) + radii))
 
 
-def _arrays(robot: RobotDescription | RobotArrays) -> RobotArrays:
+def _arrays(robot: AnyRobot) -> RobotArrays:
     return robot if isinstance(robot, RobotArrays) else robot_arrays(robot)
 
 

@@ -143,8 +143,7 @@ def _object_features(
     seen, normals = cloud.points[: cloud.visible], cloud.normals[: cloud.visible]
     low, high = seen.min(axis=0), seen.max(axis=0)
     near = (cells.tags != cloud.id) & np.all(
-        (cells.points > low - _TOUCH_M) & (cells.points < high + np.array([_TOUCH_M, _TOUCH_M, 1.0])),
-        axis=1,
+        (cells.points > low - _TOUCH_M) & (cells.points < high + np.array([_TOUCH_M, _TOUCH_M, 1.0])), axis=1
     )
     above, touching = _neighbours(seen, cells.points[near], low)
     extents = np.sqrt(np.maximum(np.linalg.eigvalsh(np.cov(seen.T)), 0.0)) if len(seen) > 2 else np.zeros(3)

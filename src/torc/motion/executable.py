@@ -4,7 +4,6 @@ A grasp that passes the validity checks may still have no straight approach or l
 robot itself blocks every inverse-kinematics solution. This is known before anything is decided.
 """
 
-from dataclasses import dataclass, replace
 from functools import cache, partial
 
 import numpy as np
@@ -46,10 +45,11 @@ def without_lines(
     mover, camera = Mover(robot, config), scene.observation.T_world_camera[:3, 3].astype(float)
     # Most can be carried out from their configuration in the report: all are checked at once.
     own_ids = grasps.object_ids[valid].astype(np.int64)
-    starts = _Starts(mover, world, report.qpos[valid], tool0_targets(grasps, robot.gripper)[valid], own_ids)
+    qpos, Ts_world_tool0 = report.qpos[valid], tool0_targets(grasps, robot.gripper)[valid]
     bounds = {k: _bounding_sphere(scene.object(k).points) for k in set(own_ids.tolist())}
-    good = starts.raisable(np.array([bounds[k] for k in own_ids.tolist()]))
-    good[good] = starts.among(good).approachable(-grasps.Ts_world_tcp[valid[good], :3, 2])
+    spheres, backward = np.array([bounds[k] for k in own_ids.tolist()]), -grasps.Ts_world_tcp[valid, :3, 2]
+    good = _raisable(mover, world, qpos, Ts_world_tool0, spheres)
+    good[good] = _approachable(mover, world, qpos[good], Ts_world_tool0[good], own_ids[good], backward[good])
 
     @cache
     def held(object_id: int) -> Held:
@@ -68,62 +68,52 @@ def without_lines(
 _ROOM_M = 0.03
 
 
-@dataclass(frozen=True)
-class _Starts:
-    """Grasps to follow lines from: configuration, pose of the flange, own object; and the surroundings."""
+_Qpos = Float[np.ndarray, "m dof"]
+_Poses = Float[np.ndarray, "m 4 4"]
 
-    mover: Mover
-    world: CollisionWorld
-    qpos: Float[np.ndarray, "m dof"]
-    Ts_world_tool0: Float[np.ndarray, "m 4 4"]
-    own_ids: Int[np.ndarray, "m"]
 
-    def among(self, mask: Bool[np.ndarray, "m"]) -> "_Starts":
-        qpos, Ts, own_ids = self.qpos[mask], self.Ts_world_tool0[mask], self.own_ids[mask]
-        return replace(self, qpos=qpos, Ts_world_tool0=Ts, own_ids=own_ids)
+def _raisable(
+    mover: Mover, world: CollisionWorld, qpos: _Qpos, Ts_world_tool0: _Poses, bounds: Float[np.ndarray, "m 4"]
+) -> Bool[np.ndarray, "m"]:
+    """Check whether the shortest lift can be followed, clear of fixed things, with the object off the robot."""
+    lifts_m = mover.config.cartesian.lifts_m
+    length_m, count = max(lifts_m), min(mover.line_counts(lifts_m))
+    path, reached = mover.follow(qpos, Ts_world_tool0, np.array([0.0, 0.0, 1.0]), length_m, count)
+    path = np.concatenate([qpos[:, None], path], axis=1)[:, ::2]
+    good = (reached == count) & ~_fixed(mover, world, path).any(axis=1)
+    spheres = np.repeat(bounds[:, None], path.shape[1], axis=1)
+    spheres[:, :, 2] += length_m / mover.waypoints(length_m) * 2 * np.arange(path.shape[1])
+    rows = np.repeat(good[:, None], path.shape[1], axis=1)
+    near = np.zeros(rows.shape, dtype=bool)
+    paths, spheres = kernel_array(path[rows]), kernel_array(spheres[rows])
+    near[rows] = _near_robot(paths, spheres, mover.arrays, world.config.self_padding_m)
+    return good & ~near.any(axis=1)
 
-    def raisable(self, bounds: Float[np.ndarray, "m 4"]) -> Bool[np.ndarray, "m"]:
-        """Check whether the shortest lift can be followed, clear of fixed things, with the object off the robot."""
-        mover, lifts_m = self.mover, self.mover.config.cartesian.lifts_m
-        length_m, count = max(lifts_m), min(mover.line_counts(lifts_m))
-        path, reached = mover.follow(
-            self.qpos, self.Ts_world_tool0, np.array([0.0, 0.0, 1.0]), length_m, count
-        )
-        path = np.concatenate([self.qpos[:, None], path], axis=1)[:, ::2]
-        good = (reached == count) & ~self._fixed(path).any(axis=1)
-        raised = length_m / mover.waypoints(length_m) * 2 * np.arange(path.shape[1])
-        spheres = np.repeat(bounds[:, None], path.shape[1], axis=1)
-        spheres[:, :, 2] += raised
-        rows = np.repeat(good[:, None], path.shape[1], axis=1)
-        near = np.zeros(rows.shape, dtype=bool)
-        padding_m = self.world.config.self_padding_m
-        near[rows] = _near_robot(
-            kernel_array(path[rows]), kernel_array(spheres[rows]), mover.arrays, padding_m
-        )
-        return good & ~near.any(axis=1)
 
-    def approachable(self, backward: Float[np.ndarray, "m 3"]) -> Bool[np.ndarray, "m"]:
-        """Check whether there is a free pre-grasp, and a line from it that is clear of everything fixed."""
-        mover, back_offs_m = self.mover, self.mover.config.cartesian.back_offs_m
-        counts = mover.line_counts(back_offs_m)
-        path, reached = mover.follow(self.qpos, self.Ts_world_tool0, backward, max(back_offs_m))
-        # Waypoints that were not reached are not finite, and count as in contact.
-        ends = path[:, [c - 1 for c in counts]]
-        qpos, own_ids = ends.reshape(-1, path.shape[2]), np.repeat(self.own_ids, len(counts))
-        free = blockers(self.world, mover.arrays, qpos, mover.opening_m, own_ids).free.reshape(ends.shape[:2])
-        fixed = self._fixed(np.concatenate([self.qpos[:, None], path], axis=1)[:, ::2])
-        out = np.zeros(len(self.qpos), dtype=bool)
-        for j, count in enumerate(counts):
-            off = ~fixed[:, : count // 2 + 1].any(axis=1)
-            out |= free[:, j] & off & (reached >= count)
-        return out
+def _approachable(
+    mover: Mover,
+    world: CollisionWorld,
+    qpos: _Qpos,
+    Ts_world_tool0: _Poses,
+    own_ids: Int[np.ndarray, "m"],
+    backward: Float[np.ndarray, "m 3"],
+) -> Bool[np.ndarray, "m"]:
+    """Check whether there is a free pre-grasp, and a line from it that is clear of everything fixed."""
+    back_offs_m = mover.config.cartesian.back_offs_m
+    counts = mover.line_counts(back_offs_m)
+    path, reached = mover.follow(qpos, Ts_world_tool0, backward, max(back_offs_m))
+    # Waypoints that were not reached are not finite, and count as in contact.
+    ends, owns = path[:, [c - 1 for c in counts]], np.repeat(own_ids, len(counts))
+    free = blockers(world, mover.arrays, ends.reshape(-1, path.shape[2]), mover.opening_m, owns).free
+    fixed = _fixed(mover, world, np.concatenate([qpos[:, None], path], axis=1)[:, ::2])
+    off = np.stack([~fixed[:, : count // 2 + 1].any(axis=1) for count in counts], axis=1)
+    return np.any(free.reshape(off.shape) & off & (reached[:, None] >= counts), axis=1)
 
-    def _fixed(self, paths: Float[np.ndarray, "m w dof"]) -> Bool[np.ndarray, "m w"]:
-        """Check whether table, bin or the robot itself is touched at each waypoint."""
-        flat = paths.reshape(-1, paths.shape[2])
-        return static_contacts(self.world, self.mover.arrays, flat, self.mover.opening_m).reshape(
-            paths.shape[:2]
-        )
+
+def _fixed(mover: Mover, world: CollisionWorld, paths: np.ndarray) -> Bool[np.ndarray, "m w"]:
+    """Check whether table, bin or the robot itself is touched at each waypoint of paths (m, w, dof)."""
+    flat = paths.reshape(-1, paths.shape[2])
+    return static_contacts(world, mover.arrays, flat, mover.opening_m).reshape(paths.shape[:2])
 
 
 def _bounding_sphere(points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "4"]:

@@ -36,10 +36,7 @@ class FreeMotions:
     def to_pre_grasp(
         self, context: LineContext, start: Qpos, pairs: list[LinePair], rng: np.random.Generator
     ) -> tuple[Trajectory, LinePair]:
-        """Return a motion from the start to one of the pre-grasps, the best ones first, and the approach it leads to.
-
-        The start is where the arm is, even if it touches something.
-        """
+        """Return a motion to one of the pre-grasps, and the approach it leads to; the start may touch something."""
         pairs, opening_m = pairs[: self._config.search.goals], self._mover.opening_m
         world = self._opened(context.world, start, opening_m, strict=False)
         goals = np.stack([pair.approach[0] for pair in pairs])

@@ -34,7 +34,8 @@ class Held:
 
     def moved(self, T: Pose) -> "Held":
         """Return it in another frame: T takes points of this frame to that one."""
-        return Held(_moved(self.seen, T), _moved(self.possible, T))
+        both = (self.seen, self.possible)
+        return Held(*(np.hstack([transform_points(T, s[:, :3]), s[:, 3:]]) for s in both))
 
 
 def hull_spheres(points: Float[np.ndarray, "n 3"], max_spheres: int) -> Float[np.ndarray, "a 4"]:
@@ -70,10 +71,6 @@ def hull_spheres(points: Float[np.ndarray, "n 3"], max_spheres: int) -> Float[np
     _, first = np.unique(np.floor(uncovered / (0.7 * radius)), axis=0, return_index=True)
     centers = np.vstack([centers, uncovered[np.sort(first)]])
     return np.hstack([centers @ axes.T + center, np.full((len(centers), 1), radius)])
-
-
-def _moved(spheres: Float[np.ndarray, "a 4"], T: Pose) -> Float[np.ndarray, "a 4"]:
-    return np.hstack([transform_points(T, spheres[:, :3]), spheres[:, 3:]])
 
 
 def _hull_planes(points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "f 4"]:

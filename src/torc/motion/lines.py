@@ -25,10 +25,7 @@ class LineContext:
     """One grasp, and everything that its motions depend on.
 
     Attributes:
-        mover: the robot.
-        world: obstacles.
         own_id: the object to be grasped.
-        T_world_tcp: the grasp.
         grasp_width_m: distance between the pads of the closed gripper.
         held_in_world: returns the object as it is held, world frame, where it is now; called when first needed.
     """
@@ -86,12 +83,7 @@ class LineContext:
 
 @dataclass(frozen=True)
 class LinePair:
-    """Approach and lift of one inverse-kinematics branch.
-
-    Attributes:
-        approach: from pre-grasp to grasp, both included.
-        lift: from grasp to the raised position, both included.
-    """
+    """The path from pre-grasp to grasp, and the one from there up, of one inverse-kinematics branch; ends included."""
 
     approach: Float[np.ndarray, "m dof"]
     lift: Float[np.ndarray, "k dof"]
@@ -102,12 +94,7 @@ def line_candidates(context: LineContext, qpos_reported: Qpos, qpos_start: Qpos)
 
     A line must keep off table, bin and the robot itself, with the object in the hand too. Lines may touch other objects
     (paper: A Modular Pipeline), but the branches that touch least of them come first; then long approaches, then
-    nearness to the start.
-
-    Args:
-        context: the grasp.
-        qpos_reported: the grasp report's own solution, tried first; not finite if it has none.
-        qpos_start: where the arm is.
+    nearness to the start. `qpos_reported`: the grasp report's own solution, tried first; not finite if it has none.
     """
     branches, config = _branches(context, qpos_reported), context.mover.config.cartesian
     blocked = False

@@ -67,12 +67,7 @@ class MotionPlanner(Protocol):
 
 
 class NoMotionError(Exception):
-    """Raised when a query finds nothing; the planner turns it into a PlanFailure.
-
-    Attributes:
-        stage: which query.
-        reason: one sentence.
-    """
+    """Raised when a query (`stage`) finds nothing, for a reason; the planner turns it into a PlanFailure."""
 
     def __init__(self, stage: PlanStage, reason: str) -> None:
         super().__init__(reason)

@@ -104,9 +104,6 @@ class SamplingMotionPlanner(MotionPlannerTraits):
         )
 
     def context(self, request: PickRequest, grasp: int, held: Held) -> LineContext:
-        """Return one grasp of a request and everything that its motions depend on.
-
-        `held` is the result of the method `held`.
-        """
+        """Return one grasp of a request and all that its motions depend on; `held` as the method of this name says."""
         T, width_m = request.grasps.Ts_world_tcp[grasp], float(request.grasps.widths_m[grasp])
         return LineContext(self.mover, request.world, request.object_id, T, width_m, lambda: held)
