@@ -50,9 +50,7 @@ def ask_grasp_planner(
 ) -> GraspSet:
     """Return the planner's grasps, in arrays of the types that kernels expect.
 
-    Raises:
-        GraspPlannerError: the planner crashed, or did not return a valid set of grasps for this scene.
-        TorcError: the planner raised it.
+    Raises GraspPlannerError if the planner crashed or gave no valid set of grasps for this scene.
     """
     what = f"Grasp planner {type(planner).__name__}"
     with blamed(what, GraspPlannerError, _HELP):

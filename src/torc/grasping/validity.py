@@ -39,13 +39,8 @@ def evaluate_grasps(
 
     Of the inverse-kinematics solutions the first without contacts is taken. Otherwise, of some spread over all
     solutions, it is one that touches nothing fixed and the fewest other objects; else the one with the fewest of them.
-    An arm link on the object to be grasped counts as fixed: no other pick would change it.
-
-    Returns:
-        The status of each grasp, and which objects block the others.
-
-    Raises:
-        InputError: a grasp is for an object that is not in the scene.
+    An arm link on the object to be grasped counts as fixed: no other pick would change it. Raises InputError if a grasp
+    is for an object that is not in the scene.
     """
     config = ValidityConfig() if config is None else config
     _check_ids(grasps, scene)

@@ -77,12 +77,7 @@ class NoMotionError(Exception):
 def ask_motion_planner(
     planner: MotionPlanner, request: PickRequest, rng: np.random.Generator
 ) -> PickPlan | PlanFailure:
-    """Return the motions of a pick.
-
-    Raises:
-        PartError: the planner crashed, or did not return a plan that could be followed.
-        TorcError: the planner raised it.
-    """
+    """Return the motions of a pick. Raises PartError if the planner crashed or gave no plan that could be followed."""
     what = f"Motion planner {type(planner).__name__}"
     with blamed(what, PartError, _HELP):
         plan: Any = planner.plan_pick(request, rng)
