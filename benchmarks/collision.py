@@ -13,7 +13,9 @@ import numpy as np
 
 from tests.helpers.reaching import reaching_qpos
 from torc.collision.collision_world import CollisionWorld, build_collision_world, distance_field
-from torc.collision.contacts import blockers, collides, edges_collide, robot_arrays
+from torc.collision.contacts import blockers, collides, robot_arrays
+from torc.motion.config import MotionConfig
+from torc.motion.mover import Mover
 from torc.robots.description import RobotDescription
 from torc.robots.kinematics import sphere_centers
 from torc.robots.loading import load_robot
@@ -45,13 +47,14 @@ def main() -> None:
     report(f"the same by coal, {args.objects} octrees (50 measured)", theirs, n)
     print(f"  ratio {theirs / ours:.0f}")
     report("in collision at all", _best(lambda: collides(world, arrays, q, 0.085)), n)
+    space = Mover(robot, MotionConfig()).space(world, 0.085)
     a, b = q[: n // 2], q[n // 2 : 2 * (n // 2)]
-    report("edges between them", _best(lambda: edges_collide(world, arrays, a, b, 0.085)), len(a))
+    report("edges between them", _best(lambda: space.edges_collide(a, b)), len(a))
     free = q[~collides(world, arrays, q, 0.085)]
     near = free + np.random.default_rng(0).normal(0, 0.1, free.shape)
     report(
         "short edges from free ones",
-        _best(lambda: edges_collide(world, arrays, free, near, 0.085)),
+        _best(lambda: space.edges_collide(free, near)),
         len(free),
     )
 

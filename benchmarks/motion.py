@@ -23,13 +23,11 @@ from torc.grasping.geometric_planner import GeometricGraspPlanner
 from torc.grasping.validity import evaluate_grasps
 from torc.motion import timed_motions
 from torc.motion.config import MotionConfig, SearchConfig
-from torc.motion.geometry import rounded_path
 from torc.motion.protocol import PickRequest
 from torc.motion.sampling_planner import SamplingMotionPlanner
-from torc.motion.smoothing import corner_blends, shortcut
+from torc.motion.search import corner_blends, shortcut, tree_search
 from torc.motion.space import FreeSpace, MotionQuery
-from torc.motion.timing import join, time_path
-from torc.motion.tree_search import tree_search
+from torc.motion.timing import join, rounded_path, time_path
 from torc.records import PickPlan
 from torc.robots.description import ArmDescription, RobotDescription
 from torc.robots.loading import load_robot

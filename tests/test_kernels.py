@@ -12,9 +12,11 @@ import pytest
 
 from tests.helpers.kernels import all_signatures, compiled_since
 from torc.collision.collision_world import build_collision_world
-from torc.collision.contacts import collides, edges_collide
+from torc.collision.contacts import collides
 from torc.grasping.geometric_planner import GeometricGraspPlanner
 from torc.grasping.validity import evaluate_grasps, evaluate_grasps_without_robot
+from torc.motion.config import MotionConfig
+from torc.motion.mover import Mover
 from torc.occlusion.volume import FIXED_CAMERA, empty_volume, update_volume
 from torc.robots.ik import solve_ik
 from torc.task_planning.relations import find_relations
@@ -22,7 +24,7 @@ from torc.testing import contexts
 from torc.testing.synthetic import random_clutter, synthetic_capture
 
 UNUSED = [
-    *(f"torc.robots.ik.{name}" for name in ("_damped_step", "_descend", "numeric_ik_kernel")),
+    *(f"torc.robots.ik.{name}" for name in ("_descend", "numeric_ik_kernel")),
     "torc.task_planning.belief.box_kernels._voxel",
     *(f"torc.task_planning.path_kernels.{name}" for name in ("_lowest", "_popcount", "_signed")),
 ]
@@ -60,7 +62,7 @@ def see(capture, robot, workspace, change):
         solve_ik(robot.arm, poses[:1]).count,
         collides(world, robot, q, 0.05),
         collides(world, robot, q[:1], 0.05),
-        edges_collide(world, robot, q[:1], q[1:2], 0.05),
+        Mover(robot, MotionConfig()).space(world, 0.05).edges_collide(q[0], q[1:2]),
         np.array([(r.source, r.target) for r in find_relations(scene)]),
     )
 

@@ -10,7 +10,6 @@ from torc.collision.contacts import (
     attached_contacts,
     blockers,
     collides,
-    edges_collide,
     robot_arrays,
     self_contacts,
     static_contacts,
@@ -18,6 +17,8 @@ from torc.collision.contacts import (
 )
 from torc.errors import InputError
 from torc.geometry.transforms import invert, make_pose
+from torc.motion.config import MotionConfig
+from torc.motion.mover import Mover
 from torc.robots.description import RobotDescription
 from torc.robots.ik import solve_ik
 from torc.robots.kinematics import link_poses, sphere_centers
@@ -194,7 +195,7 @@ def test_edges_collide_where_fine_samples_do(world, robot, qpos, grasping, scatt
     q = q[~collides(world, robot, q, 0.085, attached=attached)]
     a, b = q[rng.integers(len(q), size=150)], q[rng.integers(len(q), size=150)]
     b = a + rng.uniform(0.05, 1.0, (150, 1)) * (b - a)
-    found = edges_collide(world, robot, a, b, 0.085, attached=attached)
+    found = Mover(robot, MotionConfig()).space(world, 0.085, attached).edges_collide(a, b)
     lines = a[:, None] + np.linspace(0, 1, 400)[:, None] * (b - a)[:, None]
     fine = np.array([collides(world, robot, line, 0.085, attached=attached).any() for line in lines])
     # Nothing is invented, and what is missed only grazes: with paddings smaller by half a step nothing touches.
@@ -229,10 +230,6 @@ def test_bad_shapes_are_refused(world, robot):
     arrays = robot_arrays(robot)
     with pytest.raises(InputError, match="shape"):
         collides(world, arrays, np.zeros((3, 6)), 0.05)
-    with pytest.raises(InputError, match="starts"):
-        edges_collide(world, arrays, np.zeros((3, 7)), np.zeros((2, 7)), 0.05)
-    with pytest.raises(InputError, match="finite"):
-        edges_collide(world, arrays, np.full((1, 7), np.nan), np.zeros((1, 7)), 0.05)
 
 
 def _with_voxels(world: CollisionWorld, kind: np.ndarray, bits: np.ndarray) -> CollisionWorld:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from torc.errors import GraspPlannerError, InputError, UnknownNameError
-from torc.grasping.checked_grasps import ask_grasp_planner, grasp_faults
 from torc.grasping.geometric_planner import GeometricGraspPlanner
+from torc.grasping.protocol import ask_grasp_planner, grasp_faults
 from torc.pipeline.building import make_stage
 from torc.registry.context import BuildContext
 from torc.robots.loading import load_robot

@@ -190,7 +190,7 @@ def test_hand_contacts_against_every_voxel(planner, hand, pile, gripper):
     pick = np.random.default_rng(0).permutation(len(grasps))[:25]
     world = pile.world
     own = grasps.object_ids.astype(np.int64)
-    bits, _ = hand_contacts(grasps.Ts_world_tcp[pick], grasps.widths_m[pick], own[pick], world, hand)
+    bits = hand_contacts(grasps, world, hand)[0][pick]
     occupied = np.argwhere(world.kind != 0)
     centers = world.grid.origin + world.grid.voxel_size_m * (occupied + 0.5)
     owners = world.bits[tuple(occupied.T)]
@@ -208,11 +208,10 @@ def test_hand_contacts_against_every_voxel(planner, hand, pile, gripper):
 
 def test_voxel_blockers_are_the_hand_contacts_without_padding(planner, hand, pile):
     grasps = planned(planner, pile)
-    own = grasps.object_ids.astype(np.int64)
-    bits = voxel_blockers(grasps.Ts_world_tcp, grasps.widths_m, own, pile.volume, hand)
+    bits = voxel_blockers(grasps, pile.volume, hand)
     world = build_collision_world(pile.volume, WORKSPACE)
     world = replace(world, config=replace(world.config, gripper_padding_m=0.0))
-    expected, _ = hand_contacts(grasps.Ts_world_tcp, grasps.widths_m, own, world, hand)
+    expected, _ = hand_contacts(grasps, world, hand)
     assert np.array_equal(bits, expected)
     assert np.any(world.kind == SURFACE)
 

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 from tests.helpers.marks import long
-from torc.collision.contacts import robot_arrays
 from torc.motion.config import CartesianConfig, MotionConfig
 from torc.motion.executable import without_lines
-from torc.motion.following import follow_lines
-from torc.motion.line_context import LineContext
+from torc.motion.lines import LineContext, line_candidates, lines_exist
+from torc.motion.mover import Mover
 from torc.motion.protocol import NoMotionError, PickRequest
 from torc.motion.sampling_planner import SamplingMotionPlanner
 from torc.records import GraspStatus
@@ -36,7 +35,7 @@ def one_by_one(request: PickRequest, planner: SamplingMotionPlanner) -> np.ndarr
         own = replace(request, object_id=int(request.grasps.object_ids[grasp]))
         context = planner.context(own, grasp, planner.held(own))
         try:
-            planner.straight.candidates(context, request.report.qpos[grasp], request.qpos_start)
+            line_candidates(context, request.report.qpos[grasp], request.qpos_start)
         except NoMotionError:
             out[grasp] = True
     return out
@@ -102,10 +101,10 @@ def test_lines_exist_where_candidates_are_found(request_for, robot, workspace, m
             own = replace(request, object_id=int(request.grasps.object_ids[grasp]))
             context = planner.context(own, grasp, planner.held(own))
             try:
-                there = len(planner.straight.candidates(context, unknown, own.qpos_start)) > 0
+                there = len(line_candidates(context, unknown, own.qpos_start)) > 0
             except NoMotionError:
                 there = False
-            assert planner.straight.exist(context, unknown) == there
+            assert lines_exist(context, unknown) == there
             found.append(there)
     assert 0.04 < np.mean(found) < 0.9, np.mean(found)
 
@@ -117,7 +116,7 @@ def test_no_valid_grasps_need_no_lines(request_for, robot, workspace):
     assert not asked(request, robot, workspace, MotionConfig()).any()
 
 
-CONFIG = CartesianConfig(limit_margin_rad=0.0, max_joint_step_rad=0.15)
+CONFIG = MotionConfig(cartesian=CartesianConfig(limit_margin_rad=0.0, max_joint_step_rad=0.15))
 
 
 def _starts(robot, n=60):
@@ -128,11 +127,11 @@ def _starts(robot, n=60):
 
 
 def test_what_is_followed_is_on_the_line_within_limits_and_without_jumps(robot):
-    arm, arrays = robot.arm, robot_arrays(robot)
+    arm, mover = robot.arm, Mover(robot, CONFIG)
     reached = 0
     for q, T in zip(*_starts(robot)):
         direction = np.array([0.0, 0.6, 0.8])
-        paths, counts = follow_lines(arm, arrays, q[None], T[None], direction[None], 0.12, CONFIG)
+        paths, counts = mover.follow(q[None], T[None], direction, 0.12)
         n = int(counts[0])
         assert paths.shape[1] == 24
         reached += n == 24
@@ -148,12 +147,12 @@ def test_what_is_followed_is_on_the_line_within_limits_and_without_jumps(robot):
 
 
 def test_lines_end_where_they_should(robot):
-    arm, arrays = robot.arm, robot_arrays(robot)
+    arm, mover = robot.arm, Mover(robot, CONFIG)
     up = np.array([[0.0, 0.0, 1.0]])
     T = tool0_poses(arm, arm.rest_qpos[None])
-    paths, counts = follow_lines(arm, arrays, arm.rest_qpos[None], T, up, 0.101, CONFIG)
+    paths, counts = mover.follow(arm.rest_qpos[None], T, up, 0.101)
     assert counts[0] == 21
     end = tool0_poses(arm, paths[0, -1:])[0]
     np.testing.assert_allclose(end[:3, 3] - T[0, :3, 3], [0, 0, 0.101], atol=2e-5)
-    first, _ = follow_lines(arm, arrays, arm.rest_qpos[None], T, up, 0.101, CONFIG, waypoints=3)
+    first, _ = mover.follow(arm.rest_qpos[None], T, up, 0.101, waypoints=3)
     np.testing.assert_array_equal(first, paths[:, :3])

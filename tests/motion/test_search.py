@@ -7,10 +7,9 @@ import pytest
 
 from torc.collision.contacts import robot_arrays
 from torc.motion.config import MotionConfig, SearchConfig
-from torc.motion.smoothing import corner_blends, shortcut
+from torc.motion.search import corner_blends, shortcut, tree_search
 from torc.motion.space import MotionQuery, free_space, grown
 from torc.motion.timed_motions import free_path, timed_motion
-from torc.motion.tree_search import tree_search
 from torc.records import PlanStage
 
 

@@ -7,8 +7,7 @@ import pytest
 from scipy.optimize import linprog
 
 from torc.motion.config import TimingConfig
-from torc.motion.geometry import rounded_path
-from torc.motion.timing import fastest_speeds, join, time_line, time_path
+from torc.motion.timing import fastest_speeds, join, rounded_path, time_line, time_path
 
 CONFIG = TimingConfig()
 

@@ -9,11 +9,9 @@ import pytest
 from torc.errors import InputError
 from torc.robots import ik
 from torc.robots.ik import IkConfig, solve_ik
-from torc.robots.ik_offset_wrist import detect_offset_wrist
-from torc.robots.ik_parallel import detect_parallel
-from torc.robots.ik_srs import detect_srs
-from torc.robots.kinematics import link_poses, sphere_centers, tcp_pose, tool0_poses
-from torc.robots.kinematics_kernels import jacobian_kernel
+from torc.robots.ik_seven import detect_offset_wrist, detect_srs
+from torc.robots.ik_six import detect_parallel
+from torc.robots.kinematics import jacobian, link_poses, sphere_centers, tcp_pose, tool0_poses
 from torc.robots.loading import load_robot
 from torc.robots.names import robot_names
 
@@ -133,9 +131,8 @@ class TestStructure:
     def test_the_default_arm_is_srs(self):
         structure = detect_srs(load_robot().arm)
         assert structure is not None
-        _, shoulder, _, wrist, _ = structure
-        np.testing.assert_allclose(shoulder, [0.1, -0.265, 1.2], atol=1e-9)
-        np.testing.assert_allclose(wrist, [0.1, -0.985, 1.2], atol=1e-9)
+        np.testing.assert_allclose(structure.shoulder, [0.1, -0.265, 1.2], atol=1e-9)
+        np.testing.assert_allclose(structure.wrist, [0.1, -0.985, 1.2], atol=1e-9)
 
     def test_each_shipped_arm_has_one(self, robot):
         detected = [detect(robot.arm) is not None for detect in (detect_srs, detect_parallel)]
@@ -188,7 +185,7 @@ def test_jacobian_by_finite_differences(any_robot, rng):
     arm, h = any_robot.arm, 1e-6
     for q in random_qpos(arm, 10, rng):
         J = np.empty((6, arm.dof))
-        jacobian_kernel(link_poses(arm, q[None])[0], arm.axes, J)
+        jacobian(link_poses(arm, q[None])[0], arm.axes, J)
         for i in range(arm.dof):
             step = np.zeros(arm.dof)
             step[i] = h

@@ -78,7 +78,7 @@ def test_all_faults_are_named_at_once(write_other_robot):
         ),
         (
             '<robot xmlns:xacro="http://ros.org/wiki/xacro" name="r"><xacro:include filename="x"/></robot>',
-            "is a xacro",
+            "a URDF or a xacro",
         ),
         ("<robot/>", "is a URDF"),
         ("<sdf version='1.9'><model/></sdf>", "MuJoCo cannot compile"),

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from torc.robots.ik import reached
 from torc.robots.loading import load_robot
-from torc.robots.reach import reached
 
 
 def test_where_the_fingertips_are_they_reach():

@@ -93,9 +93,10 @@ class Recalibrate:
     def run(self) -> None:
         """Recalibrate."""
         from tools.grasp_model.evaluation import calibration_error, log_loss
+        from tools.grasp_model.export import save_trees
         from tools.grasp_model.recalibration import fit_promise, read_tries, recalibrated
         from torc.grasping.features import FEATURE_NAMES
-        from torc.grasping.trees import load_trees, save_trees
+        from torc.grasping.trees import load_trees
 
         tries = read_tries(self.picks)
         promise = fit_promise(tries.p, tries.delivered)

@@ -1,6 +1,7 @@
 """From scikit-learn's trees to the package's own data-only file."""
 
 import hashlib
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,7 @@ import numpy as np
 from tools.grasp_model.dataset import Trials
 from tools.grasp_model.train import Fit
 from torc.errors import TorcError
-from torc.grasping.trees import TreeModel, load_trees, save_trees
+from torc.grasping.trees import MODEL_VERSION, TreeModel, load_trees
 
 MAX_DIFFERENCE = 1e-6
 _LEAF = -1
@@ -61,6 +62,15 @@ def export(fitted: Fit, trials: Trials, path: Path) -> float:
             "This version of scikit-learn stores them otherwise; use another one."
         )
     return difference
+
+
+def save_trees(path: Path, model: TreeModel) -> None:
+    """Write a model, completely or not at all."""
+    aside = path.with_name(path.name + ".part")
+    arrays = {f.name: np.asarray(getattr(model, f.name)) for f in fields(TreeModel)}
+    with aside.open("wb") as file:
+        np.savez_compressed(file, version=MODEL_VERSION, **arrays)  # type: ignore[arg-type]
+    aside.replace(path)
 
 
 def data_hash(trials: Trials) -> str:

@@ -8,6 +8,7 @@ import pytest
 from tests.helpers.motion_checker import PlanChecker
 from torc.collision.contacts import static_contacts
 from torc.errors import NetworkError
+from torc.motion.lines import line_candidates, timed_lines
 from torc.pipeline.building import build_system, make_stage
 from torc.records import PickPlan, PlanFailure, PlanStage
 from torc.registry.context import BuildContext
@@ -91,9 +92,9 @@ def test_approach_and_lift_are_torcs_own_and_the_free_motions_fit(planner_of, sa
     planner, request = planner_of(sampling), request_of_a_pick
     plan = _plan(planner, request)
     context = planner.context(request, plan.grasp_index, planner.held(request))
-    pairs = planner.straight.candidates(context, request.report.qpos[plan.grasp_index], request.qpos_start)
+    pairs = line_candidates(context, request.report.qpos[plan.grasp_index], request.qpos_start)
     (own,) = [p for p in pairs if np.array_equal(p.approach[0], plan.approach.qpos[0])]
-    for motion, expected in zip((plan.approach, plan.lift), planner.straight.timed(own)):
+    for motion, expected in zip((plan.approach, plan.lift), timed_lines(planner.mover, own)):
         np.testing.assert_array_equal(motion.qpos, expected.qpos)
         np.testing.assert_array_equal(motion.times_s, expected.times_s)
     np.testing.assert_allclose(plan.free.qpos[0], request.qpos_start, atol=1e-12)
@@ -115,7 +116,7 @@ def test_the_approach_is_the_one_that_the_motion_leads_to(
     grasp = int(request.grasps.of(request.object_id)[0])
     context = planner.context(request, grasp, planner.held(request))
     start = np.asarray(request.qpos_start, float)
-    pairs = planner.straight.candidates(context, request.report.qpos[grasp], start)
+    pairs = line_candidates(context, request.report.qpos[grasp], start)
     assert len(pairs) > 2
     rng = np.random.default_rng(0)
     motion, pair = planner.free.to_pre_grasp(context, start, pairs[::order], rng)

@@ -129,7 +129,7 @@ def _base(robot: "RobotDescription") -> _Finding:
 def _reach(robot: "RobotDescription", workspace: "Workspace") -> _Finding:
     import numpy as np
 
-    from torc.robots.reach import reached
+    from torc.robots.ik import reached
     from torc.workspace.faults import watched_table
 
     points = watched_table(workspace, _ACROSS) + np.array([0, 0, _ABOVE_TABLE_M])

@@ -83,15 +83,13 @@ class CollisionWorld:
 
     def without_object(self, object_id: int, unknown: bool = True) -> "CollisionWorld":
         """Return this world without an object's surface voxels and, with `unknown`, without those that it hides."""
-        own = (self.bits & _bit(object_id)) != 0
+        own = (self.bits & np.uint64(1 << object_id)) != 0
         gone = own if unknown else own & (self.kind == SURFACE)
         return replace(self, kind=np.where(gone, np.uint8(FREE), self.kind))
 
 
 def build_collision_world(
-    volume: OcclusionVolume,
-    fixed: Workspace | Sequence[Box],
-    config: CollisionConfig | None = None,
+    volume: OcclusionVolume, fixed: Workspace | Sequence[Box], config: CollisionConfig | None = None
 ) -> CollisionWorld:
     """Build the world to check against: surface and never-seen voxels of the volume, and fixed boxes.
 
@@ -100,7 +98,9 @@ def build_collision_world(
     """
     config = CollisionConfig() if config is None else config
     static = fixed.static_boxes() if isinstance(fixed, Workspace) else tuple(fixed)
-    boxes = _corners(static)
+    middle = np.array([box.center for box in static], dtype=float).reshape(-1, 3)
+    half = np.array([box.size for box in static], dtype=float).reshape(-1, 3) / 2
+    boxes = np.hstack([middle - half, middle + half])
     kind, bits = _classify(volume, boxes, config)
     return world_from_voxels(volume.grid, kind, bits, boxes, tuple(b.name for b in static), config)
 
@@ -127,18 +127,6 @@ def distance_field(
     if not occupied.any():
         return np.full(occupied.shape, _FAR_M, dtype=np.float32)
     return np.asarray(distance_transform_edt(~occupied) * voxel_size_m, dtype=np.float32)
-
-
-def _bit(object_id: int) -> np.uint64:
-    return np.uint64(1) << np.uint64(object_id)
-
-
-def _corners(boxes: Sequence[Box]) -> Float[np.ndarray, "b 6"]:
-    out = np.zeros((len(boxes), 6))
-    for row, box in zip(out, boxes):
-        center, half = np.asarray(box.center), np.asarray(box.size) / 2
-        row[:3], row[3:] = center - half, center + half
-    return out
 
 
 def _classify(

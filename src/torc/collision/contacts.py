@@ -6,12 +6,21 @@ import numpy as np
 from jaxtyping import Bool, Float, UInt64
 
 from torc.collision.collision_world import CollisionWorld
-from torc.collision.contact_kernels import contacts_batch, edges_batch
+from torc.collision.contact_kernels import contacts_batch
 from torc.collision.obstacles import SELF, STATIC, WorldArrays, clear_touched
-from torc.collision.placement import RobotArrays, joint_reach, place_spheres, scratch_for
+from torc.collision.placement import RobotArrays, place_spheres, scratch_for
 from torc.errors import InputError
 from torc.geometry.transforms import kernel_array
-from torc.robots.description import RobotDescription
+from torc.robots.description import Qpos, RobotDescription
+
+AnyRobot = RobotDescription | RobotArrays
+"""A description, or its arrays from `robot_arrays` for frequent calls."""
+Qposes = Float[np.ndarray, "n dof"]
+"""Configurations, radians."""
+Widths = Float[np.ndarray, "n"] | float
+"""Openings of the gripper: one each, or one for all."""
+Spheres = Float[np.ndarray, "a 4"]
+"""x, y, z, radius."""
 
 
 @dataclass(frozen=True)
@@ -36,11 +45,7 @@ class Contacts:
 
 
 def blockers(
-    world: CollisionWorld,
-    robot: RobotDescription | RobotArrays,
-    qpos: Float[np.ndarray, "n dof"],
-    width_m: Float[np.ndarray, "n"] | float,
-    own_id: np.ndarray | int,
+    world: CollisionWorld, robot: AnyRobot, qpos: Qposes, width_m: Widths, own_id: np.ndarray | int
 ) -> Contacts:
     """Return everything that arm and gripper touch at each configuration.
 
@@ -48,50 +53,29 @@ def blockers(
     for palm and fingers but not for the arm's links. Unknown voxels hidden by nothing that has an id, surface of no
     object, table and bin are static.
 
-    Args:
-        world: the obstacles.
-        robot: description, or its arrays from `robot_arrays` for frequent calls.
-        qpos: radians; a row with NaN is reported as static and self collision.
-        width_m: opening of the gripper.
-        own_id: object to be grasped per configuration; negative for none.
+    A configuration with NaN is reported as static and self collision. `own_id`: negative for none.
     """
-    arrays = _arrays(robot)
-    q, width, own = _batch(arrays, qpos, width_m, own_id)
-    bits, flags = contacts_batch(q, width, own, arrays, world_arrays(world), False, True)
+    bits, flags = _touched(world, _arrays(robot), qpos, width_m, own_id, first_only=False)
     return Contacts(bits, (flags & STATIC) != 0, (flags & SELF) != 0)
 
 
 def static_contacts(
-    world: CollisionWorld,
-    robot: RobotDescription | RobotArrays,
-    qpos: Float[np.ndarray, "n dof"],
-    width_m: Float[np.ndarray, "n"] | float,
+    world: CollisionWorld, robot: AnyRobot, qpos: Qposes, width_m: Widths
 ) -> Bool[np.ndarray, "n"]:
     """Check whether each configuration touches table, bin or the robot itself; voxels are ignored."""
-    arrays = _arrays(robot)
-    q, width, own = _batch(arrays, qpos, width_m, -1)
-    return contacts_batch(q, width, own, arrays, world_arrays(world), True, False)[1] != 0
+    return _touched(world, _arrays(robot), qpos, width_m, voxels_too=False)[1] != 0
 
 
 def self_contacts(
-    world: CollisionWorld,
-    robot: RobotDescription | RobotArrays,
-    qpos: Float[np.ndarray, "n dof"],
-    width_m: Float[np.ndarray, "n"] | float,
-    attached: Float[np.ndarray, "a 4"] | None = None,
+    world: CollisionWorld, robot: AnyRobot, qpos: Qposes, width_m: Widths, attached: Spheres | None = None
 ) -> Bool[np.ndarray, "n"]:
     """Check whether the robot, with attached spheres (see `collides`), touches itself at each configuration."""
     arrays = with_attached(_arrays(robot), attached)
-    q, width, own = _batch(arrays, qpos, width_m, -1)
-    return (contacts_batch(q, width, own, arrays, world_arrays(world), False, False)[1] & SELF) != 0
+    return (_touched(world, arrays, qpos, width_m, first_only=False, voxels_too=False)[1] & SELF) != 0
 
 
 def attached_contacts(
-    world: CollisionWorld,
-    robot: RobotDescription | RobotArrays,
-    qpos: Float[np.ndarray, "dof"],
-    width_m: float,
-    attached: Float[np.ndarray, "a 4"],
+    world: CollisionWorld, robot: AnyRobot, qpos: Qpos, width_m: float, attached: Spheres
 ) -> Bool[np.ndarray, "a"]:
     """Return which attached spheres (see `collides`) touch table, bin or the robot at one configuration.
 
@@ -107,73 +91,39 @@ def attached_contacts(
 
 def collides(
     world: CollisionWorld,
-    robot: RobotDescription | RobotArrays,
-    qpos: Float[np.ndarray, "n dof"],
-    width_m: Float[np.ndarray, "n"] | float,
+    robot: AnyRobot,
+    qpos: Qposes,
+    width_m: Widths,
     ignore_id: int = -1,
-    attached: Float[np.ndarray, "a 4"] | None = None,
+    attached: Spheres | None = None,
 ) -> Bool[np.ndarray, "n"]:
-    """Check whether each configuration touches anything.
+    """Check whether each configuration touches anything; `ignore_id` as own_id of `blockers`.
 
-    Args:
-        world: the obstacles.
-        robot: description, or its arrays from `robot_arrays` for frequent calls.
-        qpos: radians.
-        width_m: opening of the gripper.
-        ignore_id: as own_id of `blockers`.
-        attached: spheres (x, y, z, radius) in the tool0 frame that move with the gripper, e.g. a held object. Like the
-            gripper, they ignore the voxels of ignore_id. They must not touch the robot itself either.
+    `attached`: spheres (x, y, z, radius) in the tool0 frame that move with the gripper, e.g. a held object. Like the
+    gripper, they ignore the voxels of ignore_id. They must not touch the robot itself either.
     """
-    arrays = with_attached(_arrays(robot), attached)
-    q, width, own = _batch(arrays, qpos, width_m, ignore_id)
-    bits, flags = contacts_batch(q, width, own, arrays, world_arrays(world), True, True)
+    bits, flags = _touched(world, with_attached(_arrays(robot), attached), qpos, width_m, ignore_id)
     return (bits != 0) | (flags != 0)
-
-
-def edges_collide(
-    world: CollisionWorld,
-    robot: RobotDescription | RobotArrays,
-    starts: Float[np.ndarray, "n dof"],
-    ends: Float[np.ndarray, "n dof"],
-    width_m: Float[np.ndarray, "n"] | float,
-    ignore_id: int = -1,
-    attached: Float[np.ndarray, "a 4"] | None = None,
-) -> Bool[np.ndarray, "n"]:
-    """Check whether anything is touched on each straight joint-space edge, ends included (see CollisionConfig)."""
-    arrays = with_attached(_arrays(robot), attached)
-    a, width, own = _batch(arrays, starts, width_m, ignore_id)
-    b = _batch(arrays, ends, width_m, ignore_id)[0]
-    if a.shape != b.shape:
-        raise InputError(f"Edges need as many starts as ends, not {len(a)} and {len(b)}.")
-    if not (np.all(np.isfinite(a)) and np.all(np.isfinite(b))):
-        raise InputError("The ends of edges must be finite.")
-    reach = joint_reach(arrays, float(np.max(width, initial=0.0)))
-    return edges_batch(a, b, width, own, arrays, world_arrays(world), reach, world.config.edge_step_m)
 
 
 def carved(
     world: CollisionWorld,
-    robot: RobotDescription | RobotArrays,
-    qpos: Float[np.ndarray, "dof"],
+    robot: AnyRobot,
+    qpos: Qpos,
     width_m: float,
     margin_m: float = 0.0,
-    attached: Float[np.ndarray, "a 4"] | None = None,
+    attached: Spheres | None = None,
     only_id: int = -1,
 ) -> CollisionWorld:
-    """Return the world without the voxels that the robot touches at one configuration.
+    """Return the world without the voxels that the robot touches where it is known, or allowed, to be.
 
-    For places where the robot is known to be, or allowed to be.
-
-    Args:
-        world, robot, qpos, width_m, attached: as in `collides`.
-        margin_m: the robot is grown by its paddings and this margin, attached spheres by half of it: they are already
-            larger than what they stand for.
-        only_id: remove only this object's voxels; negative for all.
+    It is grown by its paddings and the margin, attached spheres by half of that: they are already larger than what they
+    stand for. `only_id`: remove only this object's voxels; negative for all.
     """
     arrays = with_attached(_arrays(robot), attached)
-    q, _, only = _batch(arrays, np.asarray(qpos)[None], width_m, only_id)
-    dof, scratch = q.shape[1], scratch_for(arrays)
-    place_spheres(q[0], float(width_m), arrays, scratch)
+    q, only = kernel_array(qpos), _bits_of(np.array([only_id]))
+    dof, scratch = len(q), scratch_for(arrays)
+    place_spheres(q, float(width_m), arrays, scratch)
     link = np.repeat(np.arange(len(arrays.link_start) - 1), np.diff(arrays.link_start))
     c = world.config
     growth = np.select(
@@ -212,7 +162,7 @@ def robot_arrays(robot: RobotDescription) -> RobotArrays:
     )
 
 
-def with_attached(arrays: RobotArrays, attached: Float[np.ndarray, "a 4"] | None) -> RobotArrays:
+def with_attached(arrays: RobotArrays, attached: Spheres | None) -> RobotArrays:
     """Return the robot with spheres (x, y, z, radius; tool0 frame) attached to its gripper.
 
     They can touch the robot's fixed parts and all links of the arm but the last, which, like the gripper, never moves
@@ -265,19 +215,28 @@ def _around(centers: Float[np.ndarray, "s 3"], radii: Float[np.ndarray, "s"]) ->
     return np.append(middle, np.max(np.linalg.norm(centers - middle, axis=1) + radii))
 
 
-def _arrays(robot: RobotDescription | RobotArrays) -> RobotArrays:
+def _arrays(robot: AnyRobot) -> RobotArrays:
     return robot if isinstance(robot, RobotArrays) else robot_arrays(robot)
 
 
-def _batch(
-    arrays: RobotArrays, qpos: np.ndarray, width_m: np.ndarray | float, own_id: np.ndarray | int
-) -> tuple[np.ndarray, np.ndarray, UInt64[np.ndarray, "n"]]:
-    """Return contiguous configurations, widths, and own ids as bits."""
-    q = kernel_array(qpos)
-    dof = len(arrays.axes)
-    if q.ndim != 2 or q.shape[1] != dof:
+def _touched(
+    world: CollisionWorld,
+    arrays: RobotArrays,
+    qpos: np.ndarray,
+    width_m: np.ndarray | float,
+    own_id: np.ndarray | int = -1,
+    first_only: bool = True,
+    voxels_too: bool = True,
+) -> tuple[UInt64[np.ndarray, "n"], np.ndarray]:
+    """Return objects touched as bits, and flags, at each configuration; see `contacts_at`."""
+    q, n, dof = kernel_array(qpos), len(qpos), len(arrays.axes)
+    if q.shape != (n, dof):
         raise InputError(f"qpos must have shape (n, {dof}), not {q.shape}.")
-    width = kernel_array(np.broadcast_to(np.asarray(width_m, dtype=float), (len(q),)))
-    ids = np.broadcast_to(np.asarray(own_id, dtype=np.int64), (len(q),))
-    bits = np.where(ids >= 0, np.uint64(1) << np.maximum(ids, 0).astype(np.uint64), np.uint64(0))
-    return q, width, kernel_array(bits, np.uint64)
+    width = kernel_array(np.broadcast_to(np.asarray(width_m, dtype=float), n))
+    own = kernel_array(_bits_of(np.broadcast_to(np.asarray(own_id), n)), np.uint64)
+    return contacts_batch(q, width, own, arrays, world_arrays(world), first_only, voxels_too)
+
+
+def _bits_of(ids: np.ndarray) -> UInt64[np.ndarray, "n"]:
+    """Return the bit of each id; none for negative ones."""
+    return np.where(ids >= 0, np.uint64(1) << np.maximum(ids, 0).astype(np.uint64), np.uint64(0))

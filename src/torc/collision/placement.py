@@ -5,6 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from torc.robots.kinematics import forward
+
 
 class RobotArrays(NamedTuple):
     """The robot. Spheres are sorted by link; link_start[l]..link_start[l + 1] are link l's.
@@ -30,41 +32,6 @@ class RobotArrays(NamedTuple):
 
 
 @njit(cache=True)
-def _compose(A, B, out):
-    for i in range(3):
-        for j in range(4):
-            s = A[i, 0] * B[0, j] + A[i, 1] * B[1, j] + A[i, 2] * B[2, j]
-            out[i, j] = s + A[i, 3] if j == 3 else s
-
-
-@njit(cache=True)
-def _rotate(T, u, angle, out):
-    """Compute out = T @ rotation about the axis u."""
-    c, s = np.cos(angle), np.sin(angle)
-    k = 1.0 - c
-    x, y, z = u[0], u[1], u[2]
-    r00, r01, r02 = c + x * x * k, x * y * k - z * s, x * z * k + y * s
-    r10, r11, r12 = y * x * k + z * s, c + y * y * k, y * z * k - x * s
-    r20, r21, r22 = z * x * k - y * s, z * y * k + x * s, c + z * z * k
-    for i in range(3):
-        a, b, d = T[i, 0], T[i, 1], T[i, 2]
-        out[i, 0] = a * r00 + b * r10 + d * r20
-        out[i, 1] = a * r01 + b * r11 + d * r21
-        out[i, 2] = a * r02 + b * r12 + d * r22
-        out[i, 3] = T[i, 3]
-
-
-@njit(cache=True)
-def forward(q, robot, Ts, scratch):
-    """Write poses (3 by 4) of all links at q to Ts; Ts[dof] is tool0."""
-    dof = q.shape[0]
-    for i in range(dof):
-        _compose(robot.base if i == 0 else Ts[i - 1], robot.parents[i], scratch)
-        _rotate(scratch, robot.axes[i], q[i], Ts[i])
-    _compose(Ts[dof - 1], robot.tool, Ts[dof])
-
-
-@njit(cache=True)
 def _tool0_from_finger(robot, width_m, point, shift, out):
     """Write a finger's point (TCP frame, opening 0) in the tool0 frame at an opening."""
     s = min(max(width_m / robot.tcp_step_m, 0.0), robot.tcps.shape[0] - 1.0)
@@ -82,9 +49,9 @@ def _tool0_from_finger(robot, width_m, point, shift, out):
 def place_spheres(q, width_m, robot, scratch):
     """Write world centres of the robot's spheres at q, then those of the spheres around each link, to scratch[3]."""
     dof = q.shape[0]
-    _, Ts, product, out = scratch
-    forward(q, robot, Ts, product)
-    local = product[0]
+    _, Ts, poses, out = scratch
+    forward(q, robot, Ts, poses)
+    local = poses[0, 0]
     links, n = robot.link_start.shape[0] - 1, robot.radii.shape[0]
     for link in range(links):
         T = Ts[min(link, dof)]
@@ -106,9 +73,9 @@ def place_spheres(q, width_m, robot, scratch):
 
 @njit(cache=True)
 def scratch_for(robot):
-    """Allocate memory for the checks: a configuration, all link poses, a product, and the rows of place_spheres."""
+    """Allocate memory for the checks: a configuration, all link poses, two poses, and the rows of place_spheres."""
     dof, rows = robot.axes.shape[0], robot.radii.shape[0] + robot.link_start.shape[0] - 1
-    return np.empty(dof), np.empty((dof + 1, 3, 4)), np.empty((3, 4)), np.empty((rows, 3))
+    return np.empty(dof), np.empty((dof + 1, 3, 4)), np.empty((2, 3, 4)), np.empty((rows, 3))
 
 
 @njit(cache=True)

@@ -7,8 +7,7 @@ from torc.episode.events import Event, Executed, Listener, Looked, Planned
 from torc.episode.held import HeldLook
 from torc.episode.identity import true_ids
 from torc.grasping.reasons import why_none_is_valid
-from torc.motion.checked_plans import ask_motion_planner
-from torc.motion.protocol import PickRequest
+from torc.motion.protocol import PickRequest, ask_motion_planner
 from torc.perception.checked_scenes import ask_camera
 from torc.perception.protocol import Wanted
 from torc.pipeline.building import System

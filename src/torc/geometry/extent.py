@@ -30,7 +30,7 @@ def extent(points: Float[np.ndarray, "n 3"], trimmed: float = 0.0) -> Extent:
         return Extent(0.0, 0.0)
     some = points[:: -(-len(points) // _MOST_POINTS)] if trimmed else points
     some = np.asarray(some, float) - some.mean(axis=0)
-    return Extent(_longest(some, _hemisphere(), trimmed), _thickness(some, trimmed))
+    return Extent(_longest(some, spiral(_DIRECTIONS, half=True), trimmed), _thickness(some, trimmed))
 
 
 def _thickness(points: Float[np.ndarray, "n 3"], trimmed: float) -> float:
@@ -66,10 +66,9 @@ def _longest(points: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "k 
     return float((at[len(at) - 1 - left_out] - at[left_out]).max())
 
 
-def _hemisphere() -> Float[np.ndarray, "k 3"]:
-    """Return directions spread evenly over half of a sphere (a Fibonacci spiral)."""
-    k = np.arange(_DIRECTIONS) + 0.5
-    z = k / _DIRECTIONS
-    turn = np.pi * (1 + 5**0.5) * k
+def spiral(n: int, half: bool = False) -> Float[np.ndarray, "n 3"]:
+    """Return unit vectors spread evenly over a sphere, or over its upper half (a Fibonacci spiral)."""
+    k = np.arange(n) + 0.5
+    z, turn = k / n if half else 1 - 2 * k / n, np.pi * (1 + 5**0.5) * k
     r = np.sqrt(1 - z**2)
     return np.stack([r * np.cos(turn), r * np.sin(turn), z], axis=1)

@@ -120,3 +120,12 @@ def kernel_array(array: ArrayLike, dtype: DTypeLike = np.float64) -> np.ndarray:
     """
     out = np.ascontiguousarray(array, dtype=dtype)
     return out if out.flags.writeable else out.copy()
+
+
+_REFERENCE_PX = 640 * 480
+"""Pixels of the picture for which settings in pixels were chosen."""
+
+
+def finer(shape: tuple[int, ...]) -> float:
+    """Return the ratio of pixels along a line in a picture (rows, columns) to those of the reference; at least 1."""
+    return max(1.0, (shape[0] * shape[1] / _REFERENCE_PX) ** 0.5)

@@ -5,9 +5,9 @@ whether a candidate is kept at all; contact with *other* objects is only recorde
 Unknown space is never a veto.
 """
 
-from dataclasses import dataclass
+from collections import namedtuple
+from dataclasses import dataclass, fields
 from enum import IntEnum
-from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int32, UInt8, UInt64
@@ -69,17 +69,8 @@ class CheckResult:
     blocked: Bool[np.ndarray, "n"]
 
 
-class _Limits(NamedTuple):
-    """The fields of CheckConfig that decide on faults."""
-
-    finger_margin_m: float
-    palm_margin_m: float
-    own_slack_m: float
-    table_margin_m: float
-    tip_margin_m: float
-    approach_m: float
-    max_own_in_fingers: int
-    min_points_between: int
+_Limits = namedtuple("_Limits", [f.name for f in fields(CheckConfig)])  # type: ignore[misc]
+"""A CheckConfig for kernels."""
 
 
 def check_candidates(
@@ -94,7 +85,7 @@ def check_candidates(
     box = hand_bounds(hand, max(NEAR_M, config.finger_margin_m, config.palm_margin_m))
     box[0, 2] -= CORRIDOR_M
     palm_box = palm_bounds(hand, config.palm_margin_m)
-    limits = _Limits(*(getattr(config, name) for name in _Limits._fields))
+    limits = _Limits(**vars(config))
     fault, blockers, foreign = _check_all(
         raw.Rs, raw.tips, raw.widths_m, cloud.cells, cloud.id, cells, hand, box, palm_box, support_z_m, limits
     )

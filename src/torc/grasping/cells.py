@@ -51,14 +51,14 @@ def cell_runs(points: Float[np.ndarray, "n 3"], cell_m: float) -> tuple[np.ndarr
     """Return the order of the points by cell, and where each cell starts in that order, including the end."""
     if len(points) == 0:
         return np.zeros(0, dtype=np.int64), np.zeros(1, dtype=np.int64)
-    keys = _keys(points, cell_m)
+    keys = cell_keys(points, cell_m)
     order = np.argsort(keys, kind="stable")
     ranked = keys[order]
     return order, np.flatnonzero(np.concatenate([[True], ranked[1:] != ranked[:-1], [True]]))
 
 
 @njit(cache=True)
-def _keys(points, cell_m):
+def cell_keys(points, cell_m):
     """Return one integer per point, equal within a cell."""
     index = np.empty((len(points), 3), dtype=np.int64)
     lower, upper = np.full(3, 1 << 60), np.full(3, -(1 << 60))

@@ -6,10 +6,12 @@ import numpy as np
 from jaxtyping import Float
 from numba import njit
 
+from torc.geometry.extent import spiral
+from torc.geometry.transforms import kernel_array
 from torc.grasping.cells import PointCells, group, thin_out
 from torc.grasping.completion import Completion, complete
 from torc.grasping.config import CloudConfig
-from torc.records import OcclusionVolume, SegmentedObject, SegmentedScene
+from torc.records import OcclusionVolume, SegmentedScene
 
 _HULL_DIRECTIONS = 64
 _FLAT_M, _FEWEST = 0.015, 20
@@ -76,19 +78,35 @@ def build_clouds(
 ) -> SceneClouds:
     """Thin out and complete the clouds of a scene."""
     camera = np.asarray(scene.observation.T_world_camera, dtype=float)
-    objects, thin = [], []
     sureness = {k.id: k.sureness for k in scene.known}
     support_roughness_m = _support_roughness_m(scene, support_z_m)
+    objects, thin = [], []
     for o in scene.objects:
         if len(o.points) == 0:
             continue
         points, normals = thin_out(o.points, o.normals, config.voxel_m)
         thin.append((o.id, thin_out(points, normals, config.neighbour_voxel_m)[0]))
-        if o.pixel_count >= config.min_pixels:
-            felt = np.asarray(o.felt, dtype=points.dtype)
-            done = complete(points, normals, felt, camera[:3, 3], o.id, volume, support_z_m, config)
-            doubts = _roughness_m(o), support_roughness_m, sureness.get(o.id, 1.0)
-            objects.append(_object_cloud(o.id, points, normals, felt, done, o.pixel_count, doubts, config))
+        if o.pixel_count < config.min_pixels:
+            continue
+        felt = np.asarray(o.felt, dtype=points.dtype)
+        done = complete(points, normals, felt, camera[:3, 3], o.id, volume, support_z_m, config)
+        both = np.concatenate([points, felt, done.points])
+        known = (np.arange(len(both)) < len(points) + len(felt)).astype(np.int64)
+        cloud = ObjectCloud(
+            id=o.id,
+            points=both,
+            normals=np.concatenate([normals, np.zeros_like(felt), done.normals]),
+            visible=len(points),
+            felt=len(felt),
+            cells=group(both, known, config.cell_m),
+            hull=both[np.unique(np.argmax(both @ spiral(_HULL_DIRECTIONS).T, axis=0))],
+            completion=done,
+            pixel_count=o.pixel_count,
+            roughness_m=_roughness(kernel_array(o.points), kernel_array(o.normals), _NEAR_M, _SAMPLES),
+            support_roughness_m=support_roughness_m,
+            sureness=sureness.get(o.id, 1.0),
+        )
+        objects.append(cloud)
     return SceneClouds(tuple(objects), _group_all(thin, config), forward_direction(camera), camera[:3, 3])
 
 
@@ -99,13 +117,8 @@ def _support_roughness_m(scene: SegmentedScene, support_z_m: float) -> float:
     return 1.48 * float(np.median(np.abs(flat - np.median(flat)))) if len(flat) >= _FEWEST else 0.0
 
 
-def _roughness_m(o: SegmentedObject) -> float:
-    points, normals = (np.array(a, dtype=np.float64, order="C") for a in (o.points, o.normals))
-    return float(roughness(points, normals, _NEAR_M, _SAMPLES))
-
-
 @njit(cache=True)
-def roughness(points, normals, near, samples):
+def _roughness(points, normals, near, samples):
     """Return the mean distance of about `samples` points from the planes of points near by."""
     total, count = 0.0, 0
     step = max(1, points.shape[0] // samples)
@@ -122,12 +135,8 @@ def roughness(points, normals, near, samples):
 
 def scene_cells(scene: SegmentedScene, config: CloudConfig) -> PointCells:
     """Return the thinned-out points of all objects of a scene, grouped and tagged with their ids."""
-    thin = [
-        (o.id, thin_out(o.points, o.normals, config.neighbour_voxel_m)[0])
-        for o in scene.objects
-        if len(o.points)
-    ]
-    return _group_all(thin, config)
+    size_m, seen = config.neighbour_voxel_m, [o for o in scene.objects if len(o.points)]
+    return _group_all([(o.id, thin_out(o.points, o.normals, size_m)[0]) for o in seen], config)
 
 
 def forward_direction(T_world_camera: Float[np.ndarray, "4 4"]) -> Float[np.ndarray, "3"]:
@@ -139,44 +148,7 @@ def forward_direction(T_world_camera: Float[np.ndarray, "4 4"]) -> Float[np.ndar
     return np.array([1.0, 0.0, 0.0])
 
 
-def _object_cloud(
-    object_id: int,
-    points: np.ndarray,
-    normals: np.ndarray,
-    felt: np.ndarray,
-    done: Completion,
-    pixel_count: int,
-    doubts: tuple[float, float, float],
-    config: CloudConfig,
-) -> ObjectCloud:
-    both = np.concatenate([points, felt, done.points])
-    known = np.zeros(len(both), dtype=np.int64)
-    known[: len(points) + len(felt)] = 1
-    directions = _spread_directions(_HULL_DIRECTIONS)
-    hull = both[np.unique(np.argmax(both @ directions.T, axis=0))]
-    return ObjectCloud(
-        object_id,
-        both,
-        np.concatenate([normals, np.zeros_like(felt), done.normals]),
-        len(points),
-        len(felt),
-        group(both, known, config.cell_m),
-        hull,
-        done,
-        pixel_count,
-        *doubts,
-    )
-
-
 def _group_all(thin: list[tuple[int, np.ndarray]], config: CloudConfig) -> PointCells:
     points = np.concatenate([p for _, p in thin] or [np.zeros((0, 3))])
     ids = np.repeat(np.array([i for i, _ in thin], dtype=np.int64), [len(p) for _, p in thin])
     return group(points, ids, config.cell_m)
-
-
-def _spread_directions(n: int) -> Float[np.ndarray, "n 3"]:
-    """Return unit vectors spread evenly over the sphere (a Fibonacci spiral)."""
-    k = np.arange(n) + 0.5
-    z, turn = 1 - 2 * k / n, np.pi * (1 + 5**0.5) * k
-    r = np.sqrt(1 - z**2)
-    return np.stack([r * np.cos(turn), r * np.sin(turn), z], axis=1)

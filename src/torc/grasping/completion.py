@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
+from torc.grasping.cells import cell_keys
 from torc.grasping.config import CloudConfig
 from torc.records import BACKGROUND, EMPTY, OcclusionVolume
 
@@ -20,19 +21,16 @@ _NEAR_SUPPORT_M = 0.03
 
 
 @dataclass(frozen=True)
-class Completion:
-    """What the whole object may be like.
+class AssumedBody:
+    """The upright box that an object is assumed to fill.
 
     Attributes:
-        points, normals: points of the back that nothing contradicts, world frame.
-        center: estimated centre of mass.
+        center: estimated centre of mass, world frame.
         view: horizontal unit direction from the camera to the object.
         size_m: extent along `view`, across it, and in height.
         seen_depth_m: extent along `view` of what is seen and felt.
     """
 
-    points: Float[np.ndarray, "m 3"]
-    normals: Float[np.ndarray, "m 3"]
     center: Float[np.ndarray, "3"]
     view: Float[np.ndarray, "3"]
     size_m: Float[np.ndarray, "3"]
@@ -40,13 +38,11 @@ class Completion:
 
 
 @dataclass(frozen=True)
-class AssumedBody:
-    """The upright box that an object is assumed to fill; see `Completion`."""
+class Completion(AssumedBody):
+    """That box, and points of the back with outward normals that nothing contradicts, world frame."""
 
-    center: Float[np.ndarray, "3"]
-    view: Float[np.ndarray, "3"]
-    size_m: Float[np.ndarray, "3"]
-    seen_depth_m: float
+    points: Float[np.ndarray, "m 3"]
+    normals: Float[np.ndarray, "m 3"]
 
 
 def complete(
@@ -59,22 +55,14 @@ def complete(
     support_z_m: float,
     config: CloudConfig,
 ) -> Completion:
-    """Guess the hidden back of one object.
+    """Guess the hidden back of one object from its seen points, and those that a finger `felt`; world frame.
 
-    Args:
-        points, normals: seen points, world frame.
-        felt: points that a finger touched, world frame; the back extends to them.
-        camera_position: world frame.
-        object_id: the object.
-        volume: rules out guesses in space that was seen free, or to hold another object.
-        support_z_m: height of the support.
-        config: assumed depths.
+    The volume rules out guesses in space that was seen free, or to hold another object.
     """
     body = assumed_body(points, felt, camera_position, support_z_m, config)
-    center = body.center
-    turned, outward = turned_half(points, center), turned_half(normals, np.zeros(3))
+    turned, outward = _turned_half(points, body.center), _turned_half(normals, np.zeros(3))
     keep = ~_contradicted(turned, object_id, volume) & ~_seen_already(turned, points, 1.5 * config.voxel_m)
-    return Completion(turned[keep], outward[keep], center, body.view, body.size_m, body.seen_depth_m)
+    return Completion(**vars(body), points=turned[keep], normals=outward[keep])
 
 
 def assumed_body(
@@ -109,7 +97,9 @@ def robust_range(values: Float[np.ndarray, "n k"]) -> tuple[Float[np.ndarray, "k
     return ranked[skip], ranked[len(values) - 1 - skip]
 
 
-def turned_half(points: Float[np.ndarray, "n 3"], center: Float[np.ndarray, "3"]) -> Float[np.ndarray, "n 3"]:
+def _turned_half(
+    points: Float[np.ndarray, "n 3"], center: Float[np.ndarray, "3"]
+) -> Float[np.ndarray, "n 3"]:
     """Turn points by half a turn about the vertical through a centre."""
     out = points.copy()
     out[:, :2] = 2 * center[:2] - points[:, :2]
@@ -134,9 +124,5 @@ def _contradicted(points: np.ndarray, object_id: int, volume: OcclusionVolume) -
 
 def _seen_already(turned: np.ndarray, points: np.ndarray, cell_m: float) -> Bool[np.ndarray, "n"]:
     """Return which turned points lie in cells that hold seen points."""
-    both = np.concatenate([points, turned])
-    index = np.floor(both / cell_m).astype(np.int64)
-    index -= index.min(axis=0)
-    n = index.max(axis=0) + 1
-    key = (index[:, 0] * n[1] + index[:, 1]) * n[2] + index[:, 2]
-    return np.isin(key[len(points) :], key[: len(points)])
+    cell = cell_keys(np.concatenate([points, turned]), cell_m)
+    return np.isin(cell[len(points) :], cell[: len(points)])

@@ -1,9 +1,6 @@
 """Compute features of candidates, compiled. Columns are the first entries of `features.FEATURE_NAMES`."""
 
-from typing import NamedTuple
-
 import numpy as np
-from jaxtyping import Bool, Float, UInt64
 from numba import njit
 
 from torc.grasping.cells import gather
@@ -17,19 +14,12 @@ _LATTICE_M = 0.010
 _PALM_LATTICE_M = 0.020
 
 
-class UnseenSpace(NamedTuple):
-    """What was never seen, and what hides it, as in OcclusionVolume; and the bit of the object itself."""
-
-    seen: Bool[np.ndarray, "nx ny nz"]
-    hidden_by: UInt64[np.ndarray, "nx ny nz"]
-    own_bit: np.uint64
-    origin: Float[np.ndarray, "3"]
-    voxel_m: float
-
-
 @njit(cache=True)
 def candidate_features(Rs, tips, widths, cells, normals, hull, center_view, hand, space, support_z_m, out):
-    """Fill the candidates' columns of `out`, row by row."""
+    """Fill the candidates' columns of `out`, row by row.
+
+    `space`: `seen` and `hidden_by` of an OcclusionVolume; the object's bit; origin and voxel size of the grid.
+    """
     local, index = np.empty((len(cells.points), 4)), np.empty(len(cells.points), dtype=np.int64)
     # The strip that the fingers close on, from far behind the fingertips to far beyond them.
     strip = np.empty((2, 3))

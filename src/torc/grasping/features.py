@@ -6,8 +6,6 @@ outermost one on its side; it is aligned if its normal is within 30 degrees of t
 points are those of the thinned-out clouds.
 """
 
-from types import MappingProxyType
-
 import numpy as np
 from jaxtyping import Float, Float32, Int32
 from numba import njit
@@ -15,7 +13,7 @@ from numba import njit
 from torc.geometry.transforms import kernel_array
 from torc.grasping.cells import PointCells
 from torc.grasping.clouds import ObjectCloud
-from torc.grasping.feature_kernels import UnseenSpace, candidate_features
+from torc.grasping.feature_kernels import candidate_features
 from torc.grasping.generators.common import RawCandidates
 from torc.grasping.hand import HandGeometry
 from torc.records import OcclusionVolume
@@ -90,9 +88,7 @@ _OBJECT_FEATURES = {
     "support_roughness": "standard deviation of the support's seen height: what the depth camera is worth",
     "sureness": "how surely its mask is one object, 1 where masks are given",
 }
-FEATURE_DOCS = MappingProxyType({**_CANDIDATE_FEATURES, **_OBJECT_FEATURES})
-"""The meaning of each feature, by name, in the order of the columns."""
-FEATURE_NAMES: tuple[str, ...] = tuple(FEATURE_DOCS)
+FEATURE_NAMES: tuple[str, ...] = (*_CANDIDATE_FEATURES, *_OBJECT_FEATURES)
 """Names of the columns."""
 _COLUMN_M = 0.01
 _TOUCH_M = 0.008
@@ -117,7 +113,7 @@ def compute_features(
     out[:, first : first + foreign.shape[1]] = foreign
     out[:, len(_CANDIDATE_FEATURES) :] = _object_features(cloud, cells, support_z_m, camera_position)
     place = [*completion.center, *completion.view, cloud.points[:, 2].min(), cloud.seen[:, 2].max()]
-    space = UnseenSpace(
+    space = (
         kernel_array(volume.seen, np.bool_),
         kernel_array(volume.hidden_by, np.uint64),
         np.uint64(1) << np.uint64(cloud.id),
@@ -147,8 +143,7 @@ def _object_features(
     seen, normals = cloud.points[: cloud.visible], cloud.normals[: cloud.visible]
     low, high = seen.min(axis=0), seen.max(axis=0)
     near = (cells.tags != cloud.id) & np.all(
-        (cells.points > low - _TOUCH_M) & (cells.points < high + np.array([_TOUCH_M, _TOUCH_M, 1.0])),
-        axis=1,
+        (cells.points > low - _TOUCH_M) & (cells.points < high + np.array([_TOUCH_M, _TOUCH_M, 1.0])), axis=1
     )
     above, touching = _neighbours(seen, cells.points[near], low)
     extents = np.sqrt(np.maximum(np.linalg.eigvalsh(np.cov(seen.T)), 0.0)) if len(seen) > 2 else np.zeros(3)

@@ -15,7 +15,7 @@ from torc.grasping.clouds import ObjectCloud, SceneClouds, build_clouds
 from torc.grasping.config import CandidateConfig, GraspConfig
 from torc.grasping.features import FEATURE_NAMES, compute_features
 from torc.grasping.generators import GENERATORS, GeneratorInput, RawCandidates
-from torc.grasping.hand import HandGeometry, hand_geometry
+from torc.grasping.hand import hand_geometry
 from torc.grasping.hand_contacts import voxel_blockers
 from torc.grasping.protocol import GraspScorer
 from torc.grasping.selection import chosen, thinned
@@ -86,14 +86,7 @@ Rngs = Mapping[int, np.random.Generator]
 
 
 class GeometricGraspPlanner:
-    """Plans grasps from geometry alone; needs no trained network, only a score.
-
-    Args:
-        gripper: the gripper.
-        support_z_m: height of the table top.
-        config: settings.
-        scorer: rates the candidates; the shipped model by default.
-    """
+    """Plans grasps from geometry alone; needs no trained network, only a score (by default the shipped model)."""
 
     generator_names: tuple[str, ...] = GENERATOR_NAMES
     """Names of the generators."""
@@ -109,7 +102,9 @@ class GeometricGraspPlanner:
             raise InputError(f"The height of the support is {support_z_m}; give it in metres.")
         self.hand = hand_geometry(gripper)
         self.support_z_m = float(support_z_m)
-        self.config = _for_hand(GraspConfig() if config is None else config, self.hand)
+        config = GraspConfig() if config is None else config
+        depth_m = max(config.clouds.max_hidden_depth_m, _DEPTH_PER_OPENING * self.hand.max_width_m)
+        self.config = replace(config, clouds=replace(config.clouds, max_hidden_depth_m=depth_m))
         self.scorer = default_scorer(self.config.rough_depth) if scorer is None else scorer
 
     def plan(self, scene: SegmentedScene, volume: OcclusionVolume, rng: np.random.Generator) -> GraspSet:
@@ -118,13 +113,11 @@ class GeometricGraspPlanner:
         kept = [thinned(p.grasps.scores, p.blocked, p.grasps.Ts_world_tcp, config) for p in parts]
         free = [k[~p.blocked[k]] for p, k in zip(parts, kept)]
         spread = self._concatenated([_rows(p.grasps, k) for p, k in zip(parts, free)])
-        ids = spread.object_ids.astype(np.int64)
-        in_the_way = voxel_blockers(spread.Ts_world_tcp, spread.widths_m, ids, volume, self.hand) != 0
-        out, start = [], 0
-        for part, k, f in zip(parts, kept, free):
+        in_the_way = voxel_blockers(spread, volume, self.hand) != 0
+        ends, out = np.cumsum([len(f) for f in free], dtype=np.int64), []
+        for part, k, f, blocked_now in zip(parts, kept, free, np.split(in_the_way, ends)):
             blocked = part.blocked.copy()
-            blocked[f] = in_the_way[start : start + len(f)]
-            start += len(f)
+            blocked[f] = blocked_now
             out.append(_rows(part.grasps, chosen(k, part.grasps.scores, blocked, config)))
         return self._concatenated(out)
 
@@ -144,10 +137,7 @@ class GeometricGraspPlanner:
     def propose(self, scene: SegmentedScene, clouds: SceneClouds, rngs: Rngs) -> Mapping[int, Proposals]:
         """Return unchecked candidates for each of `clouds.objects`; a subclass may take them from elsewhere.
 
-        Args:
-            scene: as perceived.
-            clouds: the scene's clouds, thinned out and completed.
-            rngs: a generator per object id.
+        `rngs` holds a generator per object id.
         """
         config = self.config.candidates
         return {
@@ -203,10 +193,12 @@ class GeometricGraspPlanner:
         rng: np.random.Generator,
     ) -> CandidateSet:
         """Return those of an object's proposals that pass the checks, with their features and scores."""
-        hand, z, raw = self.hand, self.support_z_m, proposals.raw
+        hand, z, raw, scores = self.hand, self.support_z_m, proposals.raw, proposals.scores
         found = check_candidates(raw, cloud, clouds.cells, hand, z, self.config.checks)
-        most = self.config.candidates.max_blocked
-        keep = _drawn_blocked(found.fault == Fault.NONE, found.blocked, most, rng)
+        keep = found.fault == Fault.NONE
+        blocked, most = np.flatnonzero(keep & found.blocked), self.config.candidates.max_blocked
+        if len(blocked) > most:
+            keep[rng.permutation(blocked)[most:]] = False
         kept, foreign, camera = raw[keep], found.foreign[keep], clouds.camera_position
         features = compute_features(kept, foreign, cloud, clouds.cells, hand, volume, z, camera)
         behind = features[:, FEATURE_NAMES.index("contact_behind_tip")].astype(float)
@@ -217,7 +209,7 @@ class GeometricGraspPlanner:
         grasps = GraspSet(
             Ts_world_tcp=Ts,
             widths_m=np.minimum(kept.widths_m, hand.max_width_m),
-            scores=self._scores(proposals, keep, features),
+            scores=np.asarray(self.scorer.score(features), float) if scores is None else scores[keep],
             object_ids=np.full(len(kept), cloud.id, dtype=np.int16),
             contacts=np.stack([middle - half, middle + half], axis=1),
             generators=proposals.generators[keep],
@@ -230,30 +222,6 @@ class GeometricGraspPlanner:
         parts = parts or [NO_GRASPS]
         columns: dict[str, Any] = {n: np.concatenate([getattr(p, n) for p in parts]) for n in _COLUMNS}
         return GraspSet(**columns, generator_names=self.generator_names)
-
-    def _scores(
-        self, proposals: Proposals, keep: Bool[np.ndarray, "n"], features: Float32[np.ndarray, "k f"]
-    ) -> Float[np.ndarray, "k"]:
-        if proposals.scores is not None:
-            return proposals.scores[keep]
-        return np.asarray(self.scorer.score(features), dtype=float)
-
-
-def _for_hand(config: GraspConfig, hand: HandGeometry) -> GraspConfig:
-    """Return the settings for a hand: objects in a wide one may be deeper than the default."""
-    depth = max(config.clouds.max_hidden_depth_m, _DEPTH_PER_OPENING * hand.max_width_m)
-    return replace(config, clouds=replace(config.clouds, max_hidden_depth_m=depth))
-
-
-def _drawn_blocked(
-    sound: Bool[np.ndarray, "n"], blocked: Bool[np.ndarray, "n"], limit: int, rng: np.random.Generator
-) -> Bool[np.ndarray, "n"]:
-    """Return the sound candidates, with only a random choice of the blocked ones."""
-    index = np.flatnonzero(sound & blocked)
-    keep = sound.copy()
-    if len(index) > limit:
-        keep[rng.permutation(index)[limit:]] = False
-    return keep
 
 
 def _rows(grasps: GraspSet, index: np.ndarray) -> GraspSet:

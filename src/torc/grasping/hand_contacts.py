@@ -1,85 +1,58 @@
 """Find what the gripper alone touches, voxel by voxel."""
 
-from typing import NamedTuple
-
 import numpy as np
-from jaxtyping import Bool, Float, Int64, UInt8, UInt64
+from jaxtyping import Bool, Float, UInt64
 from numba import njit
 
 from torc.collision.collision_world import FREE, SURFACE, CollisionWorld
 from torc.geometry.transforms import kernel_array
 from torc.grasping.hand import HandGeometry, reach_at
-from torc.records import OcclusionVolume, VoxelGrid
+from torc.records import GraspSet, OcclusionVolume, VoxelGrid
 
 _LATTICE_M = 0.01
 
 
 def hand_contacts(
-    Ts_world_tcp: Float[np.ndarray, "n 4 4"],
-    widths_m: Float[np.ndarray, "n"],
-    own_ids: Int64[np.ndarray, "n"],
-    world: CollisionWorld,
-    hand: HandGeometry,
+    grasps: GraspSet, world: CollisionWorld, hand: HandGeometry
 ) -> tuple[UInt64[np.ndarray, "n"], Bool[np.ndarray, "n"]]:
     """Return the objects (bit masks) and fixed things that the open gripper touches at each grasp.
 
     Counts as `torc.collision.contacts.blockers` does: voxels hidden by the own object and its surface are left out;
     occupied voxels without an owner are fixed.
     """
-    config = world.config
-    paddings = (config.gripper_padding_m, config.gripper_static_padding_m)
-    voxels = _voxels(world.kind, world.bits, world.grid)
-    return _found(Ts_world_tcp, widths_m, own_ids, voxels, world.boxes, paddings, hand)
+    paddings_m = np.array([world.config.gripper_padding_m, world.config.gripper_static_padding_m])
+    return _touched(grasps, hand, world.kind, world.bits, world.grid, world.boxes, paddings_m)
 
 
-def voxel_blockers(
-    Ts_world_tcp: Float[np.ndarray, "n 4 4"],
-    widths_m: Float[np.ndarray, "n"],
-    own_ids: Int64[np.ndarray, "n"],
-    volume: OcclusionVolume,
-    hand: HandGeometry,
-) -> UInt64[np.ndarray, "n"]:
+def voxel_blockers(grasps: GraspSet, volume: OcclusionVolume, hand: HandGeometry) -> UInt64[np.ndarray, "n"]:
     """Return other objects whose surface voxels, or never-seen voxels hidden by them, the open gripper touches."""
     owned = volume.surface_label >= 0
     kind = np.where(volume.seen & ~owned, np.uint8(FREE), np.uint8(SURFACE))
     bit = np.uint64(1) << np.maximum(volume.surface_label, 0).astype(np.uint64)
     owners = np.where(owned, bit, volume.hidden_by)
-    voxels = _voxels(kind, owners, volume.grid)
-    return _found(Ts_world_tcp, widths_m, own_ids, voxels, np.zeros((0, 6)), (0.0, 0.0), hand)[0]
+    return _touched(grasps, hand, kind, owners, volume.grid, np.zeros((0, 6)), np.zeros(2))[0]
 
 
-class _Voxels(NamedTuple):
-    """Kind and owners of every voxel, and the grid's place."""
-
-    kind: UInt8[np.ndarray, "nx ny nz"]
-    owners: UInt64[np.ndarray, "nx ny nz"]
-    origin: Float[np.ndarray, "3"]
-    size_m: float
-
-
-def _voxels(kind: np.ndarray, owners: np.ndarray, grid: VoxelGrid) -> _Voxels:
-    origin, size_m = kernel_array(grid.origin), float(grid.voxel_size_m)
-    return _Voxels(kernel_array(kind, np.uint8), kernel_array(owners, np.uint64), origin, size_m)
-
-
-def _found(
-    Ts_world_tcp: np.ndarray,
-    widths_m: np.ndarray,
-    own_ids: np.ndarray,
-    voxels: _Voxels,
-    fixed: np.ndarray,
-    paddings: tuple[float, float],
+def _touched(
+    grasps: GraspSet,
     hand: HandGeometry,
+    kind: np.ndarray,
+    owners: np.ndarray,
+    grid: VoxelGrid,
+    fixed: Float[np.ndarray, "b 6"],
+    paddings_m: Float[np.ndarray, "2"],
 ) -> tuple[UInt64[np.ndarray, "n"], Bool[np.ndarray, "n"]]:
+    """Return objects and fixed things touched; paddings against voxels and fixed boxes."""
+    voxels = kernel_array(kind, np.uint8), kernel_array(owners, np.uint64), kernel_array(grid.origin)
     return _contacts(
-        kernel_array(Ts_world_tcp),
-        kernel_array(widths_m),
-        kernel_array(own_ids, np.int64),
+        kernel_array(grasps.Ts_world_tcp),
+        kernel_array(grasps.widths_m),
+        kernel_array(grasps.object_ids, np.int64),
         open_boxes(hand),
         hand.reach_m,
-        voxels,
+        (*voxels, float(grid.voxel_size_m)),
         kernel_array(fixed).reshape(-1, 6),
-        np.array(paddings),
+        paddings_m,
     )
 
 

@@ -1,31 +1,26 @@
 """Explain in words why nothing can be grasped, by the counts of the checks that failed."""
 
 from collections.abc import Mapping
-from types import MappingProxyType
 
 import numpy as np
 
 from torc.records import GraspReport, GraspStatus
 
-_WORDS: Mapping[GraspStatus, str] = MappingProxyType(
-    {
-        GraspStatus.UNREACHABLE: "out of reach",
-        GraspStatus.BLOCKED: "blocked by other objects",
-        GraspStatus.HITS_STATIC: "stopped by the table, another fixed part, or the robot itself",
-        GraspStatus.SEVERAL_OBJECTS: "around no object, or several",
-        GraspStatus.FINGERS_IN_OBJECT: "with a finger in the object",
-        GraspStatus.NO_MOTION: "without a motion",
-        GraspStatus.UNLIKELY: "too unlikely to hold",
-        GraspStatus.NO_LINE: "without a straight way in or out",
-    }
-)
+_WORDS: Mapping[GraspStatus, str] = {
+    GraspStatus.UNREACHABLE: "out of reach",
+    GraspStatus.BLOCKED: "blocked by other objects",
+    GraspStatus.HITS_STATIC: "stopped by the table, another fixed part, or the robot itself",
+    GraspStatus.SEVERAL_OBJECTS: "around no object, or several",
+    GraspStatus.FINGERS_IN_OBJECT: "with a finger in the object",
+    GraspStatus.NO_MOTION: "without a motion",
+    GraspStatus.UNLIKELY: "too unlikely to hold",
+    GraspStatus.NO_LINE: "without a straight way in or out",
+}
 _NEARLY_ALL = 0.95
-_REMEDIES: Mapping[GraspStatus, str] = MappingProxyType(
-    {
-        GraspStatus.UNREACHABLE: "Is the robot's base where you think it is, and the table within its reach?",
-        GraspStatus.HITS_STATIC: "Are the height of the table, and the obstacles of the workspace, right?",
-    }
-)
+_REMEDIES: Mapping[GraspStatus, str] = {
+    GraspStatus.UNREACHABLE: "Is the robot's base where you think it is, and the table within its reach?",
+    GraspStatus.HITS_STATIC: "Are the height of the table, and the obstacles of the workspace, right?",
+}
 
 
 def why_none_is_valid(report: GraspReport) -> str:

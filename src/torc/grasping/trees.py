@@ -6,6 +6,7 @@ The file is an `.npz` without pickled objects, so that a model from anyone can b
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
@@ -126,15 +127,6 @@ def _log_odds(features, nodes, levels, value, roots, baseline):
     return out
 
 
-def save_trees(path: Path, model: TreeModel) -> None:
-    """Write a model, completely or not at all."""
-    aside = path.with_name(path.name + ".part")
-    arrays = {f.name: np.asarray(getattr(model, f.name)) for f in fields(TreeModel)}
-    with aside.open("wb") as file:
-        np.savez_compressed(file, version=MODEL_VERSION, **arrays)  # type: ignore[arg-type]
-    aside.replace(path)
-
-
 def load_trees(path: Path, feature_names: tuple[str, ...]) -> TreeModel:
     """Read a model that must have been trained on the given features, in any version of this package.
 
@@ -145,47 +137,36 @@ def load_trees(path: Path, feature_names: tuple[str, ...]) -> TreeModel:
         with path.open("rb") as file, np.load(file, allow_pickle=False) as data:
             if int(data["version"]) != MODEL_VERSION:
                 raise InputError(f"{path}: model version {int(data['version'])}, this is {MODEL_VERSION}.")
-            names = tuple(str(s) for s in data["feature_names"])
-            arrays = {f.name: data[f.name] for f in fields(TreeModel) if f.name not in _SCALARS}
-            model = TreeModel(
-                feature_names=names,
-                baseline=float(data["baseline"]),
-                data_sha256=str(data["data_sha256"]),
-                notes=str(data["notes"]),
-                **arrays,
-            )
+            columns: dict[str, Any] = {f.name: data[f.name] for f in fields(TreeModel)}
     except (OSError, KeyError, ValueError, EOFError, BadZipFile) as error:
         raise InputError(f"{path} is not a grasp model ({error}).") from error
+    names = columns["feature_names"] = tuple(map(str, columns["feature_names"]))
+    for name, kind in (("baseline", float), ("data_sha256", str), ("notes", str)):
+        columns[name] = kind(columns[name])
+    model = TreeModel(**columns)
     if names != feature_names:
         odd = sorted(set(names) ^ set(feature_names)) or ["the same, in another order"]
         raise InputError(f"{path} was trained on other features ({', '.join(odd[:5])}). Train it again.")
     return model
 
 
-_SCALARS = frozenset({"feature_names", "baseline", "data_sha256", "notes"})
-
-
 def _problem(m: TreeModel) -> str:
     """Return the fault in a model's arrays, or "". A sound model cannot make the evaluation run off."""
-    n = len(m.feature)
-    if not (len(m.threshold) == len(m.left) == len(m.right) == len(m.value) == len(m.missing_left) == n):
+    n, inner = len(m.feature), m.feature != _LEAF
+    if any(len(column) != n for column in (m.threshold, m.left, m.right, m.value, m.missing_left)):
         return "the node arrays differ in length"
     if np.any(m.feature < _LEAF) or np.any(m.feature >= len(m.feature_names)):
         return "a node tests a feature that does not exist"
-    inner, index = m.feature != _LEAF, np.arange(n)
-    for child in (m.left, m.right):
-        # Children come after their parents: no cycles.
-        if np.any((child[inner] <= index[inner]) | (child[inner] >= n)):
-            return "a node's child does not come after it"
+    children = np.stack([m.left, m.right])[:, inner]
+    # Children come after their parents: no cycles.
+    if np.any((children <= np.flatnonzero(inner)) | (children >= n)):
+        return "a node's child does not come after it"
     if np.any((m.roots < 0) | (m.roots >= n)):
         return "a tree starts outside the table"
     for held in (m.knots_held, m.knots_rough) if len(m.knots_rough) else (m.knots_held,):
-        if len(m.knots_p) != len(held) or len(m.knots_p) < 2:
-            return "the calibration has no two knots"
-        if np.any(np.diff(m.knots_p) <= 0) or np.any(np.diff(held) < 0):
-            return "the calibration does not rise"
-        if held.min() < 0.0 or held.max() > 1.0:
-            return "the calibration leaves 0..1"
+        sound = len(held) == len(m.knots_p) >= 2 and held.min() >= 0.0 and held.max() <= 1.0
+        if not sound or np.any(np.diff(m.knots_p) <= 0) or np.any(np.diff(held) < 0):
+            return "the calibration does not rise within 0..1 over two knots or more"
     if not (np.all(np.isfinite(m.value)) and np.isfinite(m.baseline)) or np.any(np.isnan(m.threshold)):
         return "a value is not finite"
     return ""

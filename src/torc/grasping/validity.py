@@ -12,10 +12,10 @@ from torc.collision.contacts import blockers, collides, robot_arrays
 from torc.collision.placement import RobotArrays
 from torc.errors import InputError
 from torc.geometry.transforms import invert, kernel_array
-from torc.grasping.cells import box_reached
+from torc.grasping.cells import gather
 from torc.grasping.clouds import scene_cells
 from torc.grasping.config import ValidityConfig
-from torc.grasping.hand import hand_geometry, reach_at
+from torc.grasping.hand import between_pads, hand_geometry, reach_at
 from torc.grasping.hand_contacts import hand_contacts
 from torc.records import GraspReport, GraspSet, GraspStatus, SegmentedScene
 from torc.robots.description import RobotDescription
@@ -39,13 +39,8 @@ def evaluate_grasps(
 
     Of the inverse-kinematics solutions the first without contacts is taken. Otherwise, of some spread over all
     solutions, it is one that touches nothing fixed and the fewest other objects; else the one with the fewest of them.
-    An arm link on the object to be grasped counts as fixed: no other pick would change it.
-
-    Returns:
-        The status of each grasp, and which objects block the others.
-
-    Raises:
-        InputError: a grasp is for an object that is not in the scene.
+    An arm link on the object to be grasped counts as fixed: no other pick would change it. Raises InputError if a grasp
+    is for an object that is not in the scene.
     """
     config = ValidityConfig() if config is None else config
     _check_ids(grasps, scene)
@@ -62,8 +57,7 @@ def evaluate_grasps_without_robot(
     """Run `evaluate_grasps` for the gripper alone: every grasp counts as reachable, and qpos has no columns."""
     config = ValidityConfig() if config is None else config
     _check_ids(grasps, scene)
-    own, hand = grasps.object_ids.astype(np.int64), hand_geometry(gripper)
-    touched = hand_contacts(grasps.Ts_world_tcp, grasps.widths_m, own, world, hand)
+    touched = hand_contacts(grasps, world, hand_geometry(gripper))
     found = np.zeros((len(grasps), 0)), np.ones(len(grasps), dtype=bool), *touched
     return _report(grasps, scene, gripper, found, config)
 
@@ -90,8 +84,7 @@ def _best_branches(
         return qpos, np.zeros(0, dtype=bool), bits, fixed
     own = grasps.object_ids.astype(np.int64)
     # If the gripper itself is blocked, no elbow position helps: these grasps get one try.
-    hand = hand_geometry(robot.gripper)
-    hand_bits, hand_fixed = hand_contacts(grasps.Ts_world_tcp, grasps.widths_m, own, world, hand)
+    hand_bits, hand_fixed = hand_contacts(grasps, world, hand_geometry(robot.gripper))
     hopeful = (hand_bits == 0) & ~hand_fixed
     solutions = solve_ik(robot.arm, tool0_targets(grasps, robot.gripper))
     arrays, width = robot_arrays(robot), robot.gripper.max_width_m
@@ -170,13 +163,15 @@ def _report(
 ) -> GraspReport:
     """Return the report: status by the first failing check, and the counts between objects."""
     qpos, reachable, bits, fixed = found
-    alone, in_object = between_and_inside(grasps, scene, gripper, config)
+    Ts, widths_m, own = kernel_array(grasps.Ts_world_tcp), kernel_array(grasps.widths_m), grasps.object_ids
+    cells, hand = scene_cells(scene, config.clouds), hand_geometry(gripper)
+    between, inside, foreign = _count(Ts, widths_m, kernel_array(own, np.int64), cells, hand)
     failed = [
         (GraspStatus.UNREACHABLE, ~reachable),
         (GraspStatus.BLOCKED, bits != 0),
         (GraspStatus.HITS_STATIC, fixed),
-        (GraspStatus.SEVERAL_OBJECTS, ~alone),
-        (GraspStatus.FINGERS_IN_OBJECT, in_object),
+        (GraspStatus.SEVERAL_OBJECTS, (between == 0) | (foreign > config.checks.max_foreign_between)),
+        (GraspStatus.FINGERS_IN_OBJECT, inside > config.checks.max_own_in_fingers),
     ]
     status = np.select([f for _, f in failed], [s.value for s, _ in failed], GraspStatus.VALID.value)
     ids = np.array(scene.ids, dtype=np.int64)
@@ -195,18 +190,6 @@ def _report(
     )
 
 
-def between_and_inside(
-    grasps: GraspSet, scene: SegmentedScene, gripper: GripperDescription, config: ValidityConfig
-) -> tuple[Bool[np.ndarray, "n"], Bool[np.ndarray, "n"]]:
-    """Check whether the grasp's own object alone is between the fingers, and whether a finger is in its points."""
-    cells = scene_cells(scene, config.clouds)
-    hand = hand_geometry(gripper)
-    Ts, widths_m = kernel_array(grasps.Ts_world_tcp), kernel_array(grasps.widths_m)
-    between, inside, foreign = _count(Ts, widths_m, kernel_array(grasps.object_ids, np.int64), cells, hand)
-    alone = (between > 0) & (foreign <= config.checks.max_foreign_between)
-    return alone, inside > config.checks.max_own_in_fingers
-
-
 @njit(cache=True)
 def _count(Ts, widths, own_ids, cells, hand):
     """Count own points between and inside the fingers, and the most points between them that one other object has.
@@ -214,11 +197,10 @@ def _count(Ts, widths, own_ids, cells, hand):
     Between: within the opening along x, within the pads along y, and from the pads' rear end in the open state to the
     closed fingertips along z. Inside: in a finger of the open gripper.
     """
-    points, ids = cells.points, cells.tags
     counts = np.zeros((3, len(widths)), np.int64)
     between, inside, foreign = counts[0], counts[1], counts[2]
-    box = np.empty((2, 3))
-    per_id = np.zeros(64, dtype=np.int64)
+    box, per_id = np.empty((2, 3)), np.zeros(64, dtype=np.int64)
+    local, index = np.empty((len(cells.points), 3)), np.empty(len(cells.points), dtype=np.int64)
     inner, outer = 0.5 * hand.max_width_m, 0.5 * hand.max_width_m + hand.finger_x
     for n in range(len(widths)):
         R, tip = Ts[n, :3, :3].copy(), Ts[n, :3, 3].copy()
@@ -226,20 +208,12 @@ def _count(Ts, widths, own_ids, cells, hand):
         box[0, 0], box[0, 1], box[0, 2] = -outer, -hand.finger_y, shift_z - hand.finger_z
         box[1, 0], box[1, 1], box[1, 2] = outer, hand.finger_y, 0.0
         per_id[:] = 0
-        for c in range(len(cells.radii)):
-            if not box_reached(R, tip, cells.centers[c], cells.radii[c], box):
-                continue
-            for i in range(cells.starts[c], cells.starts[c + 1]):
-                px, py, pz = points[i, 0] - tip[0], points[i, 1] - tip[1], points[i, 2] - tip[2]
-                z = R[0, 2] * px + R[1, 2] * py + R[2, 2] * pz
-                y = R[0, 1] * px + R[1, 1] * py + R[2, 1] * pz
-                if z > 0.0 or z < box[0, 2] or abs(y) > hand.finger_y:
-                    continue
-                x = abs(R[0, 0] * px + R[1, 0] * py + R[2, 0] * pz)
-                if x < inner and abs(y) < hand.pad_y and z > -hand.pad_z:
-                    per_id[ids[i]] += 1
-                elif x >= inner and x <= outer and z <= shift_z and ids[i] == own_ids[n]:
-                    inside[n] += 1
+        for i in range(gather(R, tip, box, cells, local, index)):
+            x, y, z, tag = abs(local[i, 0]), local[i, 1], local[i, 2], cells.tags[index[i]]
+            if between_pads(x, y, z, inner, hand):
+                per_id[tag] += 1
+            elif x >= inner and z <= shift_z and tag == own_ids[n]:
+                inside[n] += 1
         between[n] = per_id[own_ids[n]]
         per_id[own_ids[n]] = 0
         foreign[n] = per_id.max()

@@ -96,7 +96,3 @@ class MotionConfig:
     cartesian: CartesianConfig = field(default_factory=CartesianConfig)
     search: SearchConfig = field(default_factory=SearchConfig)
     timing: TimingConfig = field(default_factory=TimingConfig)
-
-    def opening(self, max_width_m: float) -> float:
-        """Return the opening of a gripper until it closes on the object."""
-        return max_width_m if self.opening_m is None else min(self.opening_m, max_width_m)

@@ -4,7 +4,6 @@ A grasp that passes the validity checks may still have no straight approach or l
 robot itself blocks every inverse-kinematics solution. This is known before anything is decided.
 """
 
-from dataclasses import dataclass, replace
 from functools import cache, partial
 
 import numpy as np
@@ -12,16 +11,14 @@ from jaxtyping import Bool, Float, Int
 from numba import njit
 
 from torc.collision.collision_world import CollisionWorld
-from torc.collision.contacts import blockers, robot_arrays, static_contacts
-from torc.collision.placement import RobotArrays, place_spheres, scratch_for
+from torc.collision.contacts import blockers, static_contacts
+from torc.collision.placement import place_spheres, scratch_for
 from torc.geometry.transforms import kernel_array
 from torc.grasping.validity import tool0_targets
 from torc.motion.config import MotionConfig
-from torc.motion.following import follow_lines, waypoints_of
 from torc.motion.holding import Held, held_where_it_lies
-from torc.motion.line_context import line_context
-from torc.motion.lines import line_counts
-from torc.motion.straight_motions import StraightMotions
+from torc.motion.lines import LineContext, lines_exist
+from torc.motion.mover import Mover
 from torc.records import GraspReport, GraspSet, GraspStatus, OcclusionVolume, SegmentedScene
 from torc.robots.description import RobotDescription
 
@@ -38,34 +35,21 @@ def without_lines(
 ) -> Bool[np.ndarray, "n"]:
     """Return the VALID grasps that have no straight approach from a free pre-grasp, or no straight lift.
 
-    These are exactly the ones for which `StraightMotions.candidates` finds nothing, whatever the start.
-
-    Args:
-        grasps, report, scene, volume, world: as in a PickRequest.
-        robot: whose arm.
-        support_z_m: height of the table top.
-        config: settings of the motion planner that will carry them out.
+    These are exactly the ones for which `line_candidates` finds nothing, whatever the start. `config`: settings of the
+    motion planner that will carry them out; the rest as in a PickRequest.
     """
     out = np.zeros(len(grasps), dtype=bool)
     valid = np.flatnonzero(report.status == GraspStatus.VALID)
-    arrays, camera = robot_arrays(robot), scene.observation.T_world_camera[:3, 3].astype(float)
     if len(valid) == 0:
         return out
+    mover, camera = Mover(robot, config), scene.observation.T_world_camera[:3, 3].astype(float)
     # Most can be carried out from their configuration in the report: all are checked at once.
     own_ids = grasps.object_ids[valid].astype(np.int64)
-    starts = _Starts(
-        robot=robot,
-        arrays=arrays,
-        world=world,
-        config=config,
-        qpos=report.qpos[valid],
-        Ts_world_tool0=tool0_targets(grasps, robot.gripper)[valid],
-        own_ids=own_ids,
-    )
+    qpos, Ts_world_tool0 = report.qpos[valid], tool0_targets(grasps, robot.gripper)[valid]
     bounds = {k: _bounding_sphere(scene.object(k).points) for k in set(own_ids.tolist())}
-    good = starts.raisable(np.array([bounds[k] for k in own_ids.tolist()]))
-    good[good] = starts.among(good).approachable(-grasps.Ts_world_tcp[valid[good], :3, 2])
-    straight = StraightMotions(robot.arm, config)
+    spheres, backward = np.array([bounds[k] for k in own_ids.tolist()]), -grasps.Ts_world_tcp[valid, :3, 2]
+    good = _raisable(mover, world, qpos, Ts_world_tool0, spheres)
+    good[good] = _approachable(mover, world, qpos[good], Ts_world_tool0[good], own_ids[good], backward[good])
 
     @cache
     def held(object_id: int) -> Held:
@@ -76,82 +60,60 @@ def without_lines(
     for grasp in valid[~good].tolist():
         own_id = int(grasps.object_ids[grasp])
         T, width_m = grasps.Ts_world_tcp[grasp], float(grasps.widths_m[grasp])
-        hold = partial(held, own_id)
-        context = line_context(robot, arrays, world, starts.opening_m, own_id, T, width_m, hold)
-        out[grasp] = not straight.exist(context, report.qpos[grasp])
+        context = LineContext(mover, world, own_id, T, width_m, partial(held, own_id))
+        out[grasp] = not lines_exist(context, report.qpos[grasp])
     return out
 
 
 _ROOM_M = 0.03
 
 
-@dataclass(frozen=True)
-class _Starts:
-    """Grasps to follow lines from: configuration, pose of the flange, own object; and the surroundings."""
+_Qpos = Float[np.ndarray, "m dof"]
+_Poses = Float[np.ndarray, "m 4 4"]
 
-    robot: RobotDescription
-    arrays: RobotArrays
-    world: CollisionWorld
-    config: MotionConfig
-    qpos: Float[np.ndarray, "m dof"]
-    Ts_world_tool0: Float[np.ndarray, "m 4 4"]
-    own_ids: Int[np.ndarray, "m"]
 
-    def among(self, mask: Bool[np.ndarray, "m"]) -> "_Starts":
-        qpos, Ts, own_ids = self.qpos[mask], self.Ts_world_tool0[mask], self.own_ids[mask]
-        return replace(self, qpos=qpos, Ts_world_tool0=Ts, own_ids=own_ids)
+def _raisable(
+    mover: Mover, world: CollisionWorld, qpos: _Qpos, Ts_world_tool0: _Poses, bounds: Float[np.ndarray, "m 4"]
+) -> Bool[np.ndarray, "m"]:
+    """Check whether the shortest lift can be followed, clear of fixed things, with the object off the robot."""
+    lifts_m = mover.config.cartesian.lifts_m
+    length_m, count = max(lifts_m), min(mover.line_counts(lifts_m))
+    path, reached = mover.follow(qpos, Ts_world_tool0, np.array([0.0, 0.0, 1.0]), length_m, count)
+    path = np.concatenate([qpos[:, None], path], axis=1)[:, ::2]
+    good = (reached == count) & ~_fixed(mover, world, path).any(axis=1)
+    spheres = np.repeat(bounds[:, None], path.shape[1], axis=1)
+    spheres[:, :, 2] += length_m / mover.waypoints(length_m) * 2 * np.arange(path.shape[1])
+    rows = np.repeat(good[:, None], path.shape[1], axis=1)
+    near = np.zeros(rows.shape, dtype=bool)
+    paths, spheres = kernel_array(path[rows]), kernel_array(spheres[rows])
+    near[rows] = _near_robot(paths, spheres, mover.arrays, world.config.self_padding_m)
+    return good & ~near.any(axis=1)
 
-    @property
-    def opening_m(self) -> float:
-        """Opening of the gripper before it closes."""
-        return self.config.opening(self.robot.gripper.max_width_m)
 
-    def _followed(
-        self, directions: Float[np.ndarray, "m 3"], length_m: float, waypoints: int | None = None
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """See `follow_lines`."""
-        config, qpos, Ts = self.config.cartesian, self.qpos, self.Ts_world_tool0
-        return follow_lines(self.robot.arm, self.arrays, qpos, Ts, directions, length_m, config, waypoints)
+def _approachable(
+    mover: Mover,
+    world: CollisionWorld,
+    qpos: _Qpos,
+    Ts_world_tool0: _Poses,
+    own_ids: Int[np.ndarray, "m"],
+    backward: Float[np.ndarray, "m 3"],
+) -> Bool[np.ndarray, "m"]:
+    """Check whether there is a free pre-grasp, and a line from it that is clear of everything fixed."""
+    back_offs_m = mover.config.cartesian.back_offs_m
+    counts = mover.line_counts(back_offs_m)
+    path, reached = mover.follow(qpos, Ts_world_tool0, backward, max(back_offs_m))
+    # Waypoints that were not reached are not finite, and count as in contact.
+    ends, owns = path[:, [c - 1 for c in counts]], np.repeat(own_ids, len(counts))
+    free = blockers(world, mover.arrays, ends.reshape(-1, path.shape[2]), mover.opening_m, owns).free
+    fixed = _fixed(mover, world, np.concatenate([qpos[:, None], path], axis=1)[:, ::2])
+    off = np.stack([~fixed[:, : count // 2 + 1].any(axis=1) for count in counts], axis=1)
+    return np.any(free.reshape(off.shape) & off & (reached[:, None] >= counts), axis=1)
 
-    def raisable(self, bounds: Float[np.ndarray, "m 4"]) -> Bool[np.ndarray, "m"]:
-        """Check whether the shortest lift can be followed, clear of fixed things, with the object off the robot."""
-        config = self.config.cartesian
-        length_m, count = max(config.lifts_m), min(line_counts(config.lifts_m, config.step_m))
-        up = np.tile([0.0, 0.0, 1.0], (len(self.qpos), 1))
-        path, reached = self._followed(up, length_m, count)
-        path = np.concatenate([self.qpos[:, None], path], axis=1)[:, ::2]
-        good = (reached == count) & ~self._fixed(path).any(axis=1)
-        raised = length_m / waypoints_of(length_m, config.step_m) * 2 * np.arange(path.shape[1])
-        spheres = np.repeat(bounds[:, None], path.shape[1], axis=1)
-        spheres[:, :, 2] += raised
-        rows = np.repeat(good[:, None], path.shape[1], axis=1)
-        near = np.zeros(rows.shape, dtype=bool)
-        padding_m = self.world.config.self_padding_m
-        near[rows] = _near_robot(
-            kernel_array(path[rows]), kernel_array(spheres[rows]), self.arrays, padding_m
-        )
-        return good & ~near.any(axis=1)
 
-    def approachable(self, backward: Float[np.ndarray, "m 3"]) -> Bool[np.ndarray, "m"]:
-        """Check whether there is a free pre-grasp, and a line from it that is clear of everything fixed."""
-        config = self.config.cartesian
-        counts = line_counts(config.back_offs_m, config.step_m)
-        path, reached = self._followed(backward, max(config.back_offs_m))
-        # Waypoints that were not reached are not finite, and count as in contact.
-        ends = path[:, [c - 1 for c in counts]]
-        qpos, own_ids = ends.reshape(-1, path.shape[2]), np.repeat(self.own_ids, len(counts))
-        free = blockers(self.world, self.arrays, qpos, self.opening_m, own_ids).free.reshape(ends.shape[:2])
-        fixed = self._fixed(np.concatenate([self.qpos[:, None], path], axis=1)[:, ::2])
-        out = np.zeros(len(self.qpos), dtype=bool)
-        for j, count in enumerate(counts):
-            off = ~fixed[:, : count // 2 + 1].any(axis=1)
-            out |= free[:, j] & off & (reached >= count)
-        return out
-
-    def _fixed(self, paths: Float[np.ndarray, "m w dof"]) -> Bool[np.ndarray, "m w"]:
-        """Check whether table, bin or the robot itself is touched at each waypoint."""
-        flat = paths.reshape(-1, paths.shape[2])
-        return static_contacts(self.world, self.arrays, flat, self.opening_m).reshape(paths.shape[:2])
+def _fixed(mover: Mover, world: CollisionWorld, paths: np.ndarray) -> Bool[np.ndarray, "m w"]:
+    """Check whether table, bin or the robot itself is touched at each waypoint of paths (m, w, dof)."""
+    flat = paths.reshape(-1, paths.shape[2])
+    return static_contacts(world, mover.arrays, flat, mover.opening_m).reshape(paths.shape[:2])
 
 
 def _bounding_sphere(points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "4"]:

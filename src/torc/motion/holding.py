@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
+from scipy.ndimage import binary_erosion
 from scipy.spatial import ConvexHull, QhullError, cKDTree
 
 from torc.geometry.transforms import Pose, transform_points
@@ -17,7 +18,6 @@ from torc.grasping.config import CloudConfig
 from torc.records import OcclusionVolume, SegmentedObject
 
 _MAX_POINTS = 1000
-_NEIGHBOURS = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]])
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,8 @@ class Held:
 
     def moved(self, T: Pose) -> "Held":
         """Return it in another frame: T takes points of this frame to that one."""
-        return Held(_moved(self.seen, T), _moved(self.possible, T))
+        both = (self.seen, self.possible)
+        return Held(*(np.hstack([transform_points(T, s[:, :3]), s[:, 3:]]) for s in both))
 
 
 def hull_spheres(points: Float[np.ndarray, "n 3"], max_spheres: int) -> Float[np.ndarray, "a 4"]:
@@ -72,10 +73,6 @@ def hull_spheres(points: Float[np.ndarray, "n 3"], max_spheres: int) -> Float[np
     return np.hstack([centers @ axes.T + center, np.full((len(centers), 1), radius)])
 
 
-def _moved(spheres: Float[np.ndarray, "a 4"], T: Pose) -> Float[np.ndarray, "a 4"]:
-    return np.hstack([transform_points(T, spheres[:, :3]), spheres[:, 3:]])
-
-
 def _hull_planes(points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "f 4"]:
     """Return outward planes (normal, offset) of the hull; those of the bounding box if the points are flat."""
     try:
@@ -94,11 +91,7 @@ def _outer_cells(
     index = np.stack(np.meshgrid(*(np.arange(k) for k in n), indexing="ij"), axis=-1).reshape(-1, 3)
     centers = start + cell * index
     inside = np.all(centers @ planes[:, :3].T + planes[:, 3] <= 0.25 * cell, axis=1).reshape(n)
-    padded = np.pad(inside, 1)
-    core = np.ones_like(inside)
-    for d in _NEIGHBOURS:
-        core &= padded[1 + d[0] : 1 + d[0] + n[0], 1 + d[1] : 1 + d[1] + n[1], 1 + d[2] : 1 + d[2] + n[2]]
-    return centers[(inside & ~core).ravel()]
+    return centers[(inside & ~binary_erosion(inside)).ravel()]
 
 
 def held_where_it_lies(
@@ -114,10 +107,7 @@ def held_where_it_lies(
 
 
 def possible_points(
-    o: SegmentedObject,
-    camera_position: Float[np.ndarray, "3"],
-    volume: OcclusionVolume,
-    support_z_m: float,
+    o: SegmentedObject, camera_position: Float[np.ndarray, "3"], volume: OcclusionVolume, support_z_m: float
 ) -> Float[np.ndarray, "n 3"]:
     """Return points (world frame) whose hull holds the object where it is now, wherever it may extend unseen.
 

@@ -4,20 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from torc.collision.contacts import carved, robot_arrays
-from torc.geometry.transforms import Pose
+from torc.collision.contacts import carved
 from torc.motion.config import MotionConfig
-from torc.motion.following import follow_lines
 from torc.motion.free_motions import FreeMotions
-from torc.motion.geometry import rounded_path
 from torc.motion.holding import Held, held_where_it_lies
-from torc.motion.line_context import LineContext, line_context
+from torc.motion.lines import LineContext, line_candidates, timed_lines
+from torc.motion.mover import Mover
 from torc.motion.protocol import NoMotionError, PickRequest
-from torc.motion.smoothing import corner_blends, shortcut
-from torc.motion.space import MotionQuery, free_space
-from torc.motion.straight_motions import StraightMotions
-from torc.motion.timing import time_path
-from torc.motion.tree_search import tree_search
+from torc.motion.search import corner_blends, shortcut, tree_search
+from torc.motion.space import MotionQuery
+from torc.motion.timing import rounded_path, time_path
 from torc.records import GraspStatus, PickPlan, PlanFailure, PlanStage
 from torc.registry.kinds import MotionPlannerTraits
 from torc.robots.description import RobotDescription
@@ -33,9 +29,8 @@ class SamplingMotionPlanner(MotionPlannerTraits):
     ) -> None:
         self.robot, self.workspace = robot, workspace
         self.config = MotionConfig() if config is None else config
-        self._arrays = robot_arrays(robot)
-        self.straight = StraightMotions(robot.arm, self.config)
-        self.free = FreeMotions(robot, self._arrays, workspace, self.config)
+        self.mover = Mover(robot, self.config)
+        self.free = FreeMotions(self.mover, workspace)
 
     def plan_pick(self, request: PickRequest, rng: np.random.Generator) -> PickPlan | PlanFailure:
         """Return motions for the best valid grasp for which all of them exist, or where the last one failed."""
@@ -57,15 +52,14 @@ class SamplingMotionPlanner(MotionPlannerTraits):
     def warm_up(self, request: PickRequest) -> None:
         """Run every compiled kernel once and discard the results; the path that is shortened need not be free."""
         arm, config, rng = self.robot.arm, self.config, np.random.default_rng(0)
-        rest = arm.rest_qpos
-        width_m = config.opening(self.robot.gripper.max_width_m)
+        rest, width_m, held = arm.rest_qpos, self.mover.opening_m, self.held(request)
         T_world_tcp = tcp_pose(self.robot, rest, width_m)
-        c = self._context(request, T_world_tcp, width_m, self.held(request))
+        c = LineContext(self.mover, request.world, request.object_id, T_world_tcp, width_m, lambda: held)
         c.contacts(rest[None])
-        Ts, directions = c.T_world_tool0[None], c.approach_axis[None]
-        follow_lines(arm, c.robot, rest[None], Ts, directions, 0.01, config.cartesian)
-        world = carved(c.world, c.robot, rest, c.width_m, config.carve_margin_m, c.held.possible)
-        space = free_space(c.robot, world, c.width_m, (arm.lower, arm.upper), arm.max_speed, c.held.possible)
+        self.mover.follow(rest[None], c.T_world_tool0, c.approach_axis, 0.01)
+        possible = c.held.possible
+        world = carved(c.world, self.mover.arrays, rest, c.width_m, config.carve_margin_m, possible)
+        space = self.mover.space(world, c.width_m, possible)
         path = np.clip(rest + 0.05 * np.eye(3, arm.dof), arm.lower, arm.upper)
         space.collides(path)
         space.edge_free(path[0], path[1])
@@ -80,9 +74,9 @@ class SamplingMotionPlanner(MotionPlannerTraits):
     ) -> PickPlan:
         start = np.asarray(request.qpos_start, dtype=float)
         context = self.context(request, grasp, held)
-        pairs = self.straight.candidates(context, request.report.qpos[grasp], start)
+        pairs = line_candidates(context, request.report.qpos[grasp], start)
         free, pair = self.free.to_pre_grasp(context, start, pairs, rng)
-        approach, lift = self.straight.timed(pair)
+        approach, lift = timed_lines(self.mover, pair)
         transfer = self.free.to_bin(context, lift.qpos[-1], rng)
         home = self.free.home(context, transfer.qpos[-1], rng)
         return PickPlan(
@@ -110,16 +104,6 @@ class SamplingMotionPlanner(MotionPlannerTraits):
         )
 
     def context(self, request: PickRequest, grasp: int, held: Held) -> LineContext:
-        """Return one grasp of a request and everything that its motions depend on.
-
-        `held` is the result of the method `held`.
-        """
-        grasps = request.grasps
-        return self._context(request, grasps.Ts_world_tcp[grasp], float(grasps.widths_m[grasp]), held)
-
-    def _context(self, request: PickRequest, T_world_tcp: Pose, width_m: float, held: Held) -> LineContext:
-        opening_m = self.config.opening(self.robot.gripper.max_width_m)
-        own_id, world = request.object_id, request.world
-        return line_context(
-            self.robot, self._arrays, world, opening_m, own_id, T_world_tcp, width_m, lambda: held
-        )
+        """Return one grasp of a request and all that its motions depend on; `held` as the method of this name says."""
+        T, width_m = request.grasps.Ts_world_tcp[grasp], float(request.grasps.widths_m[grasp])
+        return LineContext(self.mover, request.world, request.object_id, T, width_m, lambda: held)

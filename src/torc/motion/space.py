@@ -11,6 +11,7 @@ from torc.collision.contacts import with_attached, world_arrays
 from torc.collision.obstacles import WorldArrays
 from torc.collision.placement import RobotArrays, joint_reach
 from torc.geometry.transforms import kernel_array
+from torc.robots.description import Qpos
 
 
 @dataclass(frozen=True)
@@ -32,8 +33,8 @@ class FreeSpace:
     width_m: float
     reach: Float[np.ndarray, "dof links"]
     step_m: float
-    lower: Float[np.ndarray, "dof"]
-    upper: Float[np.ndarray, "dof"]
+    lower: Qpos
+    upper: Qpos
     weights: Float[np.ndarray, "dof"]
 
     @property
@@ -51,15 +52,15 @@ class FreeSpace:
         return (bits != 0) | (flags != 0)
 
     def edges_collide(
-        self, start: Float[np.ndarray, "dof"], ends: Float[np.ndarray, "n dof"]
+        self, starts: Float[np.ndarray, "*m dof"], ends: Float[np.ndarray, "n dof"]
     ) -> Bool[np.ndarray, "n"]:
-        """Check whether each straight edge from start touches anything."""
+        """Check whether each straight edge touches anything; `starts` may be one for all."""
         n = len(ends)
         width_m, *scene = self.scene
-        starts = kernel_array(np.broadcast_to(start, ends.shape))
+        starts = kernel_array(np.broadcast_to(starts, ends.shape))
         return edges_batch(starts, kernel_array(ends), np.full(n, width_m), np.zeros(n, np.uint64), *scene)
 
-    def edge_free(self, a: Float[np.ndarray, "dof"], b: Float[np.ndarray, "dof"]) -> bool:
+    def edge_free(self, a: Qpos, b: Qpos) -> bool:
         """Check whether the straight edge touches nothing."""
         return not self.edges_collide(a, b[None])[0]
 
@@ -76,15 +77,9 @@ def free_space(
     max_speed: Float[np.ndarray, "dof"],
     attached: Float[np.ndarray, "a 4"] | None = None,
 ) -> FreeSpace:
-    """Build the free space of a robot in a world.
+    """Build the free space of a robot in a world, within joint limits (lower, upper).
 
-    Args:
-        robot: its arrays.
-        world: obstacles.
-        width_m: opening of the gripper.
-        limits: lower and upper joint limits, radians.
-        max_speed: of the joints, radians per second.
-        attached: spheres (x, y, z, radius) that move with the gripper, tool0 frame.
+    `attached`: spheres (x, y, z, radius) that move with the gripper, tool0 frame.
     """
     robot, width_m = with_attached(robot, attached), float(width_m)
     reach, step_m = joint_reach(robot, width_m), world.config.edge_step_m
@@ -118,7 +113,7 @@ class MotionQuery:
     """
 
     space: FreeSpace
-    start: Float[np.ndarray, "dof"]
+    start: Qpos
     goals: Float[np.ndarray, "g dof"]
     later_s: Float[np.ndarray, "g"] | None = None
 

@@ -6,13 +6,11 @@ import numpy as np
 from jaxtyping import Float
 
 from torc.motion.config import MotionConfig, SearchConfig
-from torc.motion.geometry import rounded_path
-from torc.motion.smoothing import corner_blends, shortcut
+from torc.motion.search import corner_blends, shortcut, tree_search
 from torc.motion.space import FreeSpace, MotionQuery, loosened
-from torc.motion.timing import join, time_path
-from torc.motion.tree_search import tree_search
+from torc.motion.timing import join, rounded_path, time_path
 from torc.records import PlanStage, Trajectory
-from torc.robots.description import ArmDescription
+from torc.robots.description import ArmDescription, Qpos
 
 
 def free_path(
@@ -80,9 +78,7 @@ _RADII_RAD = (0.03, 0.1, 0.3)
 _TRIES = 200
 
 
-def way_out(
-    space: FreeSpace, start: Float[np.ndarray, "dof"], rng: np.random.Generator
-) -> Float[np.ndarray, "dof"] | None:
+def way_out(space: FreeSpace, start: Qpos, rng: np.random.Generator) -> Qpos | None:
     """Return the nearest free configuration found on a straight edge without deeper contact than at the start.
 
     The start itself if it is free. None if its contact is deeper than 3 cm (paddings included) or nothing free is near.

@@ -1,4 +1,9 @@
-"""Turn paths into trajectories within the joints' speed and acceleration limits, at rest at both ends."""
+"""Paths of straight pieces and quadratic arcs, and their timing.
+
+A trajectory follows exactly the checked path, within the joints' speed and acceleration limits, at rest at both ends.
+"""
+
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
@@ -7,9 +12,81 @@ from scipy.interpolate import CubicSpline
 
 from torc.geometry.transforms import kernel_array
 from torc.motion.config import TimingConfig
-from torc.motion.geometry import PiecewisePath
 from torc.records import Trajectory
 from torc.robots.description import ArmDescription
+
+
+@dataclass(frozen=True)
+class PiecewisePath:
+    """q(s) = points + tangents * t + curvatures * t^2 / 2, with t = s - starts, on each piece.
+
+    The parameter s is arc length on straight pieces and passes corners at the same speed, so the tangent is continuous
+    wherever a corner is rounded.
+
+    Attributes:
+        starts: value of s at which each piece begins, and finally the end of the path.
+        points, tangents, curvatures: q, q' and q'' at the start of each piece.
+    """
+
+    starts: Float[np.ndarray, "p_plus_1"]
+    points: Float[np.ndarray, "p dof"]
+    tangents: Float[np.ndarray, "p dof"]
+    curvatures: Float[np.ndarray, "p dof"]
+
+    @property
+    def length(self) -> float:
+        """The last value of s."""
+        return float(self.starts[-1])
+
+    def __call__(self, s: Float[np.ndarray, "n"], order: int = 0) -> Float[np.ndarray, "n dof"]:
+        """Return q, or its first or second derivative by s."""
+        piece = np.clip(np.searchsorted(self.starts, s, side="right") - 1, 0, len(self.points) - 1)
+        t = (np.asarray(s) - self.starts[piece])[:, None]
+        if order == 0:
+            return self.points[piece] + self.tangents[piece] * t + self.curvatures[piece] * (0.5 * t * t)
+        if order == 1:
+            return self.tangents[piece] + self.curvatures[piece] * t
+        return self.curvatures[piece]
+
+    def grid(self, spacing: float, per_arc: int = 8) -> Float[np.ndarray, "g"]:
+        """Return values of s from end to end that contain every piece's ends, evenly between them."""
+        parts = []
+        for a, b, curvature in zip(self.starts[:-1], self.starts[1:], self.curvatures):
+            n = max(per_arc if np.any(curvature) else 2, int(np.ceil((b - a) / spacing)))
+            parts.append(np.linspace(a, b, n, endpoint=False))
+        return np.append(np.concatenate(parts), self.length)
+
+
+def rounded_path(path: Float[np.ndarray, "m dof"], blends: Float[np.ndarray, "m"]) -> list[PiecewisePath]:
+    """Return the polyline with each corner k rounded from blends[k] before it to blends[k] after it.
+
+    At a corner that is not rounded (blends[k] = 0) the path has to stop, and is cut. Repeated points are left out.
+    """
+    parts: list[PiecewisePath] = []
+    pieces: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
+    starts, here = [0.0], path[0]
+    for k in range(1, len(path)):
+        leg = path[k] - path[k - 1]
+        norm = np.linalg.norm(leg)
+        if norm < 1e-9:
+            continue
+        unit = leg / norm
+        end = path[k] - unit * blends[k]
+        straight = float((end - here) @ unit)
+        if straight > 1e-9:
+            pieces.append((here, unit, np.zeros_like(unit)))
+            starts.append(starts[-1] + straight)
+        here = end
+        if k < len(path) - 1 and blends[k] > 0:
+            following = path[k + 1] - path[k]
+            following = following / np.linalg.norm(following)
+            pieces.append((here, unit, (following - unit) / (2 * blends[k])))
+            starts.append(starts[-1] + 2 * blends[k])
+            here = path[k] + following * blends[k]
+        elif pieces:
+            parts.append(PiecewisePath(np.array(starts), *map(np.array, zip(*pieces))))
+            pieces, starts, here = [], [0.0], path[k]
+    return parts
 
 
 def time_path(path: PiecewisePath, arm: ArmDescription, config: TimingConfig) -> Trajectory:
@@ -48,12 +125,7 @@ def time_line(
 ) -> Trajectory:
     """Return the motion along a straight line of the TCP: its speed rises, holds and falls, within all limits.
 
-    Args:
-        waypoints: configurations along the line.
-        distances_m: distance of the TCP from the start at each, rising from 0.
-        max_speed_m_s: of the TCP.
-        arm: limits.
-        config: shares of the limits.
+    `distances_m`: distance of the TCP from the start at each waypoint, rising from 0; `max_speed_m_s`: of the TCP.
     """
     spline = CubicSpline(distances_m, waypoints)
     s = np.linspace(0.0, distances_m[-1], 4 * len(waypoints))
@@ -185,11 +257,8 @@ def fastest_speeds(
 ) -> Float[np.ndarray, "m"]:
     """Return the path speed ds/dt at each grid point, 0 at both ends.
 
-    Args:
-        grid: values of the path parameter s, rising.
-        starts, ends: q' at the start and at the end of each interval.
-        curvatures: q'' on each interval.
-        max_speed, max_acceleration: of the joints.
+    `grid`: rising values of the path parameter s; `starts`, `ends`: q' at either end of each interval; `curvatures`:
+    q'' on it; then the limits of the joints.
     """
     arrays = (grid, starts, ends, curvatures, max_speed, max_acceleration)
     return _profile(*map(kernel_array, arrays))

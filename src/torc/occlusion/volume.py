@@ -14,8 +14,7 @@ from jaxtyping import Bool, Float, Float32, Int16, Int32, UInt64
 from numba import njit
 
 from torc.errors import InputError
-from torc.geometry.pixels import finer
-from torc.geometry.transforms import invert, kernel_array
+from torc.geometry.transforms import finer, invert, kernel_array
 from torc.occlusion.holes import bridge_holes
 from torc.occlusion.projection_kernels import (
     FREE,

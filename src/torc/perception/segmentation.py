@@ -7,8 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float32, Int16, Int32
 
 from torc.errors import InputError
-from torc.geometry.pixels import finer
-from torc.geometry.transforms import kernel_array
+from torc.geometry.transforms import finer, kernel_array
 from torc.perception.image_kernels import (
     estimate_normals,
     find_pieces,

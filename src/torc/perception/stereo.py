@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float32, UInt8
 
 from torc.errors import InputError
-from torc.geometry.pixels import finer
+from torc.geometry.transforms import finer
 from torc.records import Observation, StereoPair
 from torc.registry.kinds import DepthTraits
 

@@ -10,8 +10,7 @@ from jaxtyping import Int16
 
 from torc.collision.collision_world import CollisionWorld, build_collision_world
 from torc.errors import InputError
-from torc.grasping.checked_grasps import ask_grasp_planner
-from torc.grasping.protocol import GraspPlanner
+from torc.grasping.protocol import GraspPlanner, ask_grasp_planner
 from torc.grasping.validity import evaluate_grasps, evaluate_grasps_without_robot
 from torc.motion.config import MotionConfig
 from torc.motion.executable import without_lines

@@ -9,6 +9,9 @@ from jaxtyping import Float, Int
 from torc.geometry.transforms import Pose
 from torc.robots.gripper import GripperDescription
 
+Qpos = Float[np.ndarray, "dof"]
+"""Positions of an arm's joints, radians."""
+
 
 @dataclass(frozen=True)
 class ArmDescription:
@@ -28,11 +31,11 @@ class ArmDescription:
     axes: Float[np.ndarray, "dof 3"]
     T_world_base: Pose
     T_last_tool0: Pose
-    lower: Float[np.ndarray, "dof"]
-    upper: Float[np.ndarray, "dof"]
+    lower: Qpos
+    upper: Qpos
     max_speed: Float[np.ndarray, "dof"]
     max_acceleration: Float[np.ndarray, "dof"]
-    rest_qpos: Float[np.ndarray, "dof"]
+    rest_qpos: Qpos
 
     @property
     def dof(self) -> int:

@@ -10,7 +10,6 @@ from torc.errors import InputError
 from torc.geometry.transforms import Pose, invert
 from torc.robots.gripper import GripperDescription
 from torc.robots.model import Model
-from torc.robots.schema import GripperEntry, RobotFile
 
 SAMPLES = 201
 """Openings in the tables: less than half a millimetre apart for a gripper of 85 mm."""
@@ -21,12 +20,12 @@ Pieces = tuple[list[list[int]], list[int]]
 """Ids of the collision geoms of each finger (pads and blade), and of the rest of the gripper."""
 
 
-def parse_gripper(model: Model, entry: RobotFile) -> GripperDescription:
+def parse_gripper(model: Model) -> GripperDescription:
     """Return the gripper's description. Raises InputError if the MJCF contradicts the file."""
-    gripper = entry.gripper
-    joints, pieces = _joints(model, gripper), _pieces(model, gripper)
+    gripper = model.entry.gripper
+    joints, pieces = _joints(model), _pieces(model)
     first, last = model.m.jnt_range[model.id("joint", gripper.driver_joint)]
-    rows = [_row(model, entry, joints, pieces, angle) for angle in np.linspace(first, last, SAMPLES)]
+    rows = [_row(model, joints, pieces, angle) for angle in np.linspace(first, last, SAMPLES)]
     steps = np.diff([row["widths_m"] for row in rows])
     if np.all(steps < 0):
         rows.reverse()
@@ -41,7 +40,7 @@ def parse_gripper(model: Model, entry: RobotFile) -> GripperDescription:
             f"gives openings of {low:.4f} to {high:.4f} m."
         )
     pads = [model.box_corners(model.id("geom", g)) for g in gripper.fingers[1].pad_geoms]
-    _, half_pad = box_in(invert(tcp_pose(model, gripper)), np.concatenate(pads))
+    _, half_pad = box_in(invert(tcp_pose(model)), np.concatenate(pads))
     return GripperDescription(
         name=gripper.name,
         max_width_m=gripper.max_width_m,
@@ -52,10 +51,10 @@ def parse_gripper(model: Model, entry: RobotFile) -> GripperDescription:
     )
 
 
-def place_gripper(model: Model, gripper: GripperEntry, angle: float) -> None:
+def place_gripper(model: Model, angle: float) -> None:
     """Put the driver joint at `angle`, and all joints where joint equalities tie them to it; the arm stays at 0."""
-    m = model.m
-    known = {model.id("joint", gripper.driver_joint): angle}
+    m, driver = model.m, model.entry.gripper.driver_joint
+    known = {model.id("joint", driver): angle}
     ties = [e for e in range(m.neq) if m.eq_type[e] == mujoco.mjtEq.mjEQ_JOINT and m.eq_obj2id[e] >= 0]
     for _ in ties:
         for e in ties:
@@ -64,18 +63,18 @@ def place_gripper(model: Model, gripper: GripperEntry, angle: float) -> None:
                 x = known[leader] - m.qpos0[m.jnt_qposadr[leader]]
                 y = np.polynomial.polynomial.polyval(x, m.eq_data[e, :5])
                 known[follower] = float(y + m.qpos0[m.jnt_qposadr[follower]])
-    for j in _joints(model, gripper):
+    for j in _joints(model):
         if j not in known:
             raise InputError(
-                f"{model.path}: the gripper joint '{m.joint(j).name}' is tied to '{gripper.driver_joint}' by no "
+                f"{model.path}: the gripper joint '{m.joint(j).name}' is tied to '{driver}' by no "
                 "<equality><joint joint1=it joint2=driver/> of the MJCF; add one."
             )
     model.place(known)
 
 
-def tcp_pose(model: Model, gripper: GripperEntry) -> Pose:
+def tcp_pose(model: Model) -> Pose:
     """Return the TCP's world pose at the model's state: origin between the tips, x across them, z as the site's."""
-    T, other = (model.site_pose(f.tip_site) for f in reversed(gripper.fingers))
+    T, other = (model.site_pose(f.tip_site) for f in reversed(model.entry.gripper.fingers))
     out = T.copy()
     out[:3, 3] = 0.5 * (T[:3, 3] + other[:3, 3])
     return out
@@ -88,17 +87,17 @@ def box_in(T_frame_world: Pose, corners: Float[np.ndarray, "n 3"]) -> Float[np.n
     return np.stack([0.5 * (low + high), 0.5 * (high - low)])
 
 
-def _joints(model: Model, gripper: GripperEntry) -> list[int]:
-    bodies = model.subtree(model.id("body", gripper.body))
+def _joints(model: Model) -> list[int]:
+    bodies = model.subtree(model.id("body", model.entry.gripper.body))
     return [j for j in range(model.m.njnt) if model.m.jnt_bodyid[j] in bodies]
 
 
-def _row(model: Model, entry: RobotFile, joints: list[int], pieces: Pieces, angle: float) -> dict[str, Any]:
+def _row(model: Model, joints: list[int], pieces: Pieces, angle: float) -> dict[str, Any]:
     """Return the tables' entries with the driver joint at `angle`."""
-    gripper = entry.gripper
-    place_gripper(model, gripper, angle)
+    gripper = model.entry.gripper
+    place_gripper(model, angle)
     tips = [model.site_pose(f.tip_site) for f in gripper.fingers]
-    T_world_tcp = tcp_pose(model, gripper)
+    T_world_tcp = tcp_pose(model)
     T = invert(T_world_tcp)
     actuator = model.id("actuator", gripper.actuator)
     length = float(model.d.actuator_length[actuator])
@@ -110,7 +109,7 @@ def _row(model: Model, entry: RobotFile, joints: list[int], pieces: Pieces, angl
     rest = np.array([box_in(T, model.box_corners(g)) for g in pieces[1]]).reshape(-1, 2, 3)
     return {
         "widths_m": float(T_world_tcp[:3, 0] @ (tips[1][:3, 3] - tips[0][:3, 3])),
-        "Ts_tool0_tcp": invert(model.site_pose(entry.arm.tool0_site)) @ T_world_tcp,
+        "Ts_tool0_tcp": invert(model.site_pose(model.entry.arm.tool0_site)) @ T_world_tcp,
         "joint_qpos": model.d.qpos[[model.m.jnt_qposadr[j] for j in joints]].copy(),
         "actuator_lengths": length,
         "actuator_ctrl": float(-(b0 + b1 * length) / gain),
@@ -119,7 +118,8 @@ def _row(model: Model, entry: RobotFile, joints: list[int], pieces: Pieces, angl
     }
 
 
-def _pieces(model: Model, gripper: GripperEntry) -> Pieces:
+def _pieces(model: Model) -> Pieces:
+    gripper = model.entry.gripper
     fingers = [[model.id("geom", g) for g in (*f.pad_geoms, *f.blade_geoms)] for f in gripper.fingers]
     for g in (g for geoms in fingers for g in geoms):
         own, others = model.m.geom_contype[g], model.m.geom_conaffinity[g]

@@ -7,26 +7,24 @@ description alone decides which.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from numba import njit
 
 from torc.errors import InputError
-from torc.geometry.transforms import kernel_array
-from torc.robots.description import ArmDescription
-from torc.robots.ik_offset_wrist import detect_offset_wrist, offset_wrist_ik_kernel
-from torc.robots.ik_parallel import detect_parallel, parallel_ik_kernel
-from torc.robots.ik_ranking import add_turns, rank_solutions, wrap_into_limits
-from torc.robots.ik_srs import detect_srs, srs_ik_kernel
-from torc.robots.kinematics_kernels import jacobian_kernel, link_poses_kernel, pose_error
+from torc.geometry.transforms import Pose, invert, kernel_array, make_pose
+from torc.robots.description import ArmDescription, RobotDescription
+from torc.robots.ik_kernels import Joints, wrap_into_limits, write_best_first
+from torc.robots.ik_seven import detect_offset_wrist, detect_srs, offset_wrist_ik_kernel, srs_ik_kernel
+from torc.robots.ik_six import detect_parallel, parallel_ik_kernel
+from torc.robots.kinematics import chain_of, forward, jacobian, pose_error
 
 DISTINCT_RAD = 0.02
 """Solutions closer than this in every joint count as one: redundant arms have a continuum of them."""
 
 
-def start_configurations(arm: ArmDescription, n: int) -> Float[np.ndarray, "n dof"]:
+def _starts(arm: ArmDescription, n: int) -> Float[np.ndarray, "n dof"]:
     """Return the rest configuration, then points spread evenly over the joint ranges, always the same.
 
     A Kronecker sequence on the generalised golden ratio (M. Roberts' R sequence).
@@ -42,26 +40,22 @@ def start_configurations(arm: ArmDescription, n: int) -> Float[np.ndarray, "n do
 
 
 @njit(cache=True)
-def _descend(
-    goal: np.ndarray, chain: tuple[Any, ...], lower: np.ndarray, upper: np.ndarray, iterations: int, tolerance: float,
-    q: np.ndarray,
-) -> bool:  # fmt: skip
+def _descend(goal, chain, joints, iterations, tolerance, q):
     """Improve q in place; return whether it reached the goal within the tolerance."""
-    base, parents, axes, tool0 = chain
     dof = q.shape[0]
-    Ts, trial_Ts = np.empty((1, dof + 1, 4, 4)), np.empty((1, dof + 1, 4, 4))
+    Ts, trial_Ts, scratch = np.empty((dof + 1, 3, 4)), np.empty((dof + 1, 3, 4)), np.empty((2, 3, 4))
     J, error, trial_error = np.empty((6, dof)), np.empty(6), np.empty(6)
     trial, damping = np.empty(dof), 1e-3
-    link_poses_kernel(base, parents, axes, tool0, q.reshape(1, dof), Ts)
-    worst = pose_error(Ts[0, dof], goal, error)
+    forward(q, chain, Ts, scratch)
+    worst = pose_error(Ts[dof], goal, error)
     for _ in range(iterations):
         if worst < tolerance:
             return True
-        jacobian_kernel(Ts[0], axes, J)
+        jacobian(Ts, chain.axes, J)
         step = J.T @ np.linalg.solve(J @ J.T + damping * np.eye(6), error)
-        trial[:] = np.minimum(np.maximum(q + step, lower), upper)
-        link_poses_kernel(base, parents, axes, tool0, trial.reshape(1, dof), trial_Ts)
-        trial_worst = pose_error(trial_Ts[0, dof], goal, trial_error)
+        trial[:] = np.minimum(np.maximum(q + step, joints.lower), joints.upper)
+        forward(trial, chain, trial_Ts, scratch)
+        trial_worst = pose_error(trial_Ts[dof], goal, trial_error)
         if np.sum(trial_error**2) < np.sum(error**2):
             q[:], Ts[:], error[:], worst = trial, trial_Ts, trial_error, trial_worst
             damping = max(damping * 0.2, 1e-12)
@@ -73,19 +67,15 @@ def _descend(
 
 
 @njit(cache=True)
-def numeric_ik_kernel(
-    goals: np.ndarray, chain: tuple[Any, ...], starts: np.ndarray, iterations: int, tolerance: float,
-    lower: np.ndarray, upper: np.ndarray, rest: np.ndarray, soft_margin: float, limit_weight: float,
-    out: np.ndarray, counts: np.ndarray,
-) -> None:  # fmt: skip
+def numeric_ik_kernel(Ts, chain, starts, iterations, tolerance, joints, out, counts):
     """Solve poses (n, 4, 4): distinct solutions, best first, into out (n, capacity, dof) and counts (n,)."""
-    solutions = np.empty((out.shape[1], out.shape[2]))
-    for k in range(goals.shape[0]):
+    solutions = np.empty(out.shape[1:])
+    for k in range(len(Ts)):
         count = 0
         for s in range(starts.shape[0]):
             q = starts[s].copy()
-            reached = _descend(goals[k], chain, lower, upper, iterations, tolerance, q)
-            if not reached or not wrap_into_limits(q, lower, upper, rest) or count >= solutions.shape[0]:
+            reached = _descend(Ts[k], chain, joints, iterations, tolerance, q)
+            if not reached or not wrap_into_limits(q, joints) or count >= solutions.shape[0]:
                 continue
             known = False
             for i in range(count):
@@ -93,9 +83,7 @@ def numeric_ik_kernel(
             if not known:
                 solutions[count] = q
                 count += 1
-        count = add_turns(lower, upper, solutions, count)
-        rank_solutions(lower, upper, rest, soft_margin, limit_weight, solutions, count, out[k])
-        counts[k] = count
+        counts[k] = write_best_first(solutions, count, joints, out[k])
 
 
 CHUNK = 512
@@ -142,27 +130,24 @@ def solve_ik(
 ) -> IkSolutions:
     """Return all solutions found for each pose of the flange, within the joint limits, including angles 2 pi apart.
 
-    Args:
-        arm: the arm.
-        Ts_world_tool0: poses of the flange, world frame.
-        config: sampling and ranking.
-
-    Returns:
-        The solutions, by distance from the rest configuration with a penalty near joint limits.
-
-    Raises:
-        InputError: a pose is not a rigid transform.
+    They are ranked by distance from the rest configuration with a penalty near joint limits. Raises InputError if a
+    pose is not a rigid transform.
     """
     config = config or IkConfig()
     Ts = kernel_array(Ts_world_tool0)
     _check_poses(Ts)
     solve = closed_form(arm, config) or _numeric(arm, config)
-    parts = [_solve(arm, solve, Ts[i : i + CHUNK], config) for i in range(0, len(Ts), CHUNK)]
-    widest = max([1, *[p.qpos.shape[1] for p in parts]])
-    qpos = np.full((len(Ts), widest, arm.dof), np.nan)
+    joints = Joints(arm.lower, arm.upper, arm.rest_qpos, config.soft_margin_rad, config.limit_weight)
+    count, parts = np.zeros(len(Ts), dtype=np.int64), []
+    for i in range(0, len(Ts), CHUNK):
+        some = Ts[i : i + CHUNK]
+        out = np.full((len(some), config.max_branches, arm.dof), np.nan)
+        solve(some, joints, out, count[i : i + CHUNK])
+        parts.append(out[:, : max(1, int(count[i : i + CHUNK].max()))].copy())
+    qpos = np.full((len(Ts), max([1, *[part.shape[1] for part in parts]]), arm.dof), np.nan)
     for i, part in zip(range(0, len(Ts), CHUNK), parts):
-        qpos[i : i + CHUNK, : part.qpos.shape[1]] = part.qpos
-    return IkSolutions(qpos, np.concatenate([np.zeros(0, dtype=np.int64), *[p.count for p in parts]]))
+        qpos[i : i + CHUNK, : part.shape[1]] = part
+    return IkSolutions(qpos, count)
 
 
 def _check_poses(Ts: np.ndarray) -> None:
@@ -176,8 +161,8 @@ def _check_poses(Ts: np.ndarray) -> None:
         raise InputError(f"Pose {first} is not a rigid transform; normalise its rotation.")
 
 
-Solver = Callable[..., None]
-"""Solves poses (n, 4, 4); also given limits, what ranks solutions, and the arrays for solutions and counts."""
+Solver = Callable[[np.ndarray, Joints, np.ndarray, np.ndarray], None]
+"""Solves poses (n, 4, 4) for joints; writes to the arrays for solutions and counts."""
 
 
 def closed_form(arm: ArmDescription, config: IkConfig) -> Solver | None:
@@ -192,13 +177,31 @@ def closed_form(arm: ArmDescription, config: IkConfig) -> Solver | None:
 
 
 def _numeric(arm: ArmDescription, config: IkConfig) -> Solver:
-    chain = (arm.T_world_base, arm.Ts_parent_joint, arm.axes, arm.T_last_tool0)
-    starts = start_configurations(arm, config.starts)
+    chain, starts = chain_of(arm), _starts(arm, config.starts)
     return lambda Ts, *rest: numeric_ik_kernel(Ts, chain, starts, config.iterations, config.tolerance, *rest)
 
 
-def _solve(arm: ArmDescription, solve: Solver, Ts: np.ndarray, config: IkConfig) -> IkSolutions:
-    qpos = np.full((len(Ts), config.max_branches, arm.dof), np.nan)
-    count = np.zeros(len(Ts), dtype=np.int64)
-    solve(Ts, arm.lower, arm.upper, arm.rest_qpos, config.soft_margin_rad, config.limit_weight, qpos, count)
-    return IkSolutions(qpos[:, : max(1, int(count.max(initial=0)))], count)
+_TILTS_RAD = (0.0, np.pi / 4, np.pi / 2)
+"""Tilts of the approach: straight down, slanting, level."""
+
+
+def reached(robot: RobotDescription, points: Float[np.ndarray, "n 3"]) -> Bool[np.ndarray, "n"]:
+    """Check whether the half-open gripper's TCP reaches each point (world frame, metres), ignoring collisions.
+
+    It comes from above, slanting, or level and away from the base.
+    """
+    T_tcp_tool0 = invert(robot.gripper.T_tool0_tcp(robot.gripper.max_width_m / 2))
+    Ts = [_approach(robot, point, tilt) @ T_tcp_tool0 for point in points for tilt in _TILTS_RAD]
+    found = solve_ik(robot.arm, np.array(Ts)).count > 0
+    return np.asarray(found.reshape(len(points), -1).any(axis=1))
+
+
+def _approach(robot: RobotDescription, point: Float[np.ndarray, "3"], tilt_rad: float) -> Pose:
+    """Return the TCP's pose at a point: z the approach, tilted from straight down away from the base; x level."""
+    away = point[:2] - robot.arm.T_world_base[:2, 3]
+    distance = float(np.linalg.norm(away))
+    # Above the base every direction leads away.
+    away = away / distance if distance > 1e-6 else np.array([1.0, 0.0])
+    z = np.array([*(np.sin(tilt_rad) * away), -np.cos(tilt_rad)])
+    x = np.array([-away[1], away[0], 0.0])
+    return make_pose(np.column_stack([x, np.cross(z, x), z]), point)

@@ -10,13 +10,14 @@ from jaxtyping import Float
 
 from torc.errors import InputError
 from torc.geometry.transforms import Pose, make_pose
+from torc.robots.schema import RobotFile
 
 
 class Model:
-    """The robot's MJCF, compiled alone, and one state of it. `path` is the robot file, for messages."""
+    """A robot file (`path` for messages), its MJCF, compiled alone, and one state of that."""
 
-    def __init__(self, path: Path, m: Any) -> None:
-        self.path, self.m, self.d = path, m, mujoco.MjData(m)
+    def __init__(self, path: Path, entry: RobotFile, m: Any) -> None:
+        self.path, self.entry, self.m, self.d = path, entry, m, mujoco.MjData(m)
 
     def id(self, kind: str, name: str) -> int:
         """Return the id of a named body, joint, geom, site or actuator. Raises InputError."""

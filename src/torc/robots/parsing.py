@@ -23,7 +23,7 @@ from torc.robots.description import ArmDescription, RobotDescription
 from torc.robots.gripper_parsing import parse_gripper
 from torc.robots.model import Model
 from torc.robots.proving import refuse_urdf, robot_faults
-from torc.robots.schema import ArmEntry, RobotFile, read_robot_file
+from torc.robots.schema import RobotFile, read_robot_file
 from torc.robots.spheres import parse_spheres, static_spheres
 
 _LOG = logging.getLogger("torc.mujoco")
@@ -69,21 +69,19 @@ def try_robot(path: Path) -> tuple[RobotDescription, dict[str, list[str]]]:
     mjcf_path = (path.parent / entry.mjcf).resolve()
     compiled = compile_mjcf(mjcf_path)
     source = _source(entry, compiled)  # before it is posed for reading
-    model, m = Model(path, compiled), compiled
+    model, m = Model(path, entry, compiled), compiled
     for name in entry.arm.actuators:
         model.id("actuator", name)
-    arm = _parse_arm(model, entry.arm)
-    gripper = parse_gripper(model, entry)
-    links = _links(model, entry)
-    spheres = parse_spheres(model, entry, arm, gripper, links)
-    self_pairs, static_links = _checked_links(model, entry, links, arm.dof)
+    arm, gripper, links = _parse_arm(model), parse_gripper(model), _links(model)
+    spheres = parse_spheres(model, arm, gripper, links)
+    self_pairs, static_links = _checked_links(model, links, arm.dof)
     fingers = entry.gripper.fingers
     robot = RobotDescription(
         name=entry.name,
         arm=arm,
         gripper=gripper,
         spheres=spheres,
-        static_spheres=static_spheres(model, links, entry.spheres.tolerance_m),
+        static_spheres=static_spheres(model, links),
         self_pairs=self_pairs,
         static_links=static_links,
         mjcf_path=mjcf_path,
@@ -112,10 +110,10 @@ def compile_mjcf(mjcf_path: Path) -> Any:
         raise InputError(f"MuJoCo cannot compile {mjcf_path}: {error}") from error
 
 
-def _parse_arm(model: Model, entry: ArmEntry) -> ArmDescription:
-    m = model.m
+def _parse_arm(model: Model) -> ArmDescription:
+    m, entry = model.m, model.entry.arm
     ids = [model.id("joint", name) for name in entry.joints]
-    _check_chain(model, entry, ids)
+    _check_chain(model, ids)
     model.place({})
     Ts = np.array([model.joint_pose(j) for j in ids])
     base = model.body_pose(int(m.body_parentid[m.jnt_bodyid[ids[0]]]))
@@ -140,9 +138,9 @@ def _parse_arm(model: Model, entry: ArmEntry) -> ArmDescription:
     )
 
 
-def _check_chain(model: Model, entry: ArmEntry, ids: list[int]) -> None:
+def _check_chain(model: Model, ids: list[int]) -> None:
     m, above = model.m, 0
-    for name, j in zip(entry.joints, ids):
+    for name, j in zip(model.entry.arm.joints, ids):
         if m.jnt_type[j] != mujoco.mjtJoint.mjJNT_HINGE or not m.jnt_limited[j]:
             raise InputError(f"{model.path}: arm joint '{name}' must be a hinge with a range in the MJCF.")
         body = int(m.jnt_bodyid[j])
@@ -156,9 +154,9 @@ def _check_chain(model: Model, entry: ArmEntry, ids: list[int]) -> None:
         above = body
 
 
-def _links(model: Model, entry: RobotFile) -> np.ndarray:
+def _links(model: Model) -> np.ndarray:
     """Return, per body, the link number of SphereModel; -1 static, -2 gripper parts except its body and fingers."""
-    m, dof = model.m, len(entry.arm.joints)
+    m, entry, dof = model.m, model.entry, len(model.entry.arm.joints)
     own = {int(m.jnt_bodyid[model.id("joint", n)]): i for i, n in enumerate(entry.arm.joints)}
     own[model.id("body", entry.gripper.body)] = dof
     own |= {model.id("body", f.body): dof + 1 + i for i, f in enumerate(entry.gripper.fingers)}
@@ -176,9 +174,7 @@ def _links(model: Model, entry: RobotFile) -> np.ndarray:
     return links
 
 
-def _checked_links(
-    model: Model, entry: RobotFile, links: np.ndarray, dof: int
-) -> tuple[np.ndarray, tuple[int, ...]]:
+def _checked_links(model: Model, links: np.ndarray, dof: int) -> tuple[np.ndarray, tuple[int, ...]]:
     """Return pairs of links that can touch each other, and links that can touch the fixed parts.
 
     By default the pairs are all links at least two joints apart, the whole gripper being one with its flange.
@@ -192,7 +188,7 @@ def _checked_links(
             )
         return link
 
-    named = entry.self_collision
+    named = model.entry.self_collision
     pairs = [(i, j) for i, j in combinations(range(dof + 3), 2) if min(j, dof) - i >= 2 and i < dof - 1]
     if named.pairs is not None:
         pairs = [(min(p), max(p)) for p in ([link_of(a), link_of(b)] for a, b in named.pairs)]

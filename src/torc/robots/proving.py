@@ -5,16 +5,15 @@ point outward? This is tried in a copy of the model, without gravity and contact
 pick for no visible reason.
 """
 
-import re
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import mujoco
 import numpy as np
 from jaxtyping import Float
 
 from torc.errors import InputError
-from torc.io.reading import read_text
 from torc.robots.description import RobotDescription
 from torc.robots.kinematics import sphere_centers
 
@@ -26,29 +25,21 @@ _FOLLOWED = 0.4
 _CLOSED_SHARE = 0.25
 _OUTWARD = 0.5
 """Least cosine between the fingertips' approach direction and the direction from the flange to them."""
-_CONVERT = (
-    "Write its meshes' paths as files, not package://, then convert it: `model = "
-    "mujoco.MjModel.from_xml_path('robot.urdf')`, `mujoco.mj_saveLastXML('robot.xml', model)`. Add position actuators "
-    "and the tool's site."
-)
-_ROOT = re.compile(r"<\s*(?![?!])([\w:.-]+)")
 
 
 def refuse_urdf(mjcf_path: Path) -> None:
     """Raise InputError if a file that should be an MJCF is a URDF or xacro. Unreadable files are left to MuJoCo."""
     try:
-        text = read_text(mjcf_path, "replace")
-    except OSError:
+        root = ElementTree.parse(mjcf_path).getroot()
+    except (OSError, ElementTree.ParseError):
         return
-    root = _ROOT.search(re.sub(r"<!--.*?-->", "", text, flags=re.DOTALL))
-    if root is None or root.group(1) != "robot":
-        return
-    if "xacro:" in text:
+    if root.tag == "robot":
         raise InputError(
-            f"{mjcf_path} is a xacro, not an MJCF. Make a URDF of it first (`xacro robot.urdf.xacro > robot.urdf`). "
-            + _CONVERT
+            f"{mjcf_path} is a URDF or a xacro, not an MJCF. Make a URDF of a xacro first (`xacro robot.urdf.xacro > "
+            "robot.urdf`). Write its meshes' paths as files, not package://, then convert it: `model = "
+            "mujoco.MjModel.from_xml_path('robot.urdf')`, `mujoco.mj_saveLastXML('robot.xml', model)`. Add position "
+            "actuators and the tool's site."
         )
-    raise InputError(f"{mjcf_path} is a URDF, not an MJCF. {_CONVERT}")
 
 
 def robot_faults(robot: RobotDescription, model: Any) -> dict[str, list[str]]:
@@ -85,12 +76,9 @@ def _world_faults(m: Any) -> list[str]:
                 f"the MJCF holds a geom of the world ({name}); torc adds floor and table: remove it, or put it into a "
                 "body if it belongs to the robot"
             )
-    free = [
-        m.joint(j).name or f"number {j}"
-        for j in range(m.njnt)
-        if int(m.jnt_type[j]) == int(mujoco.mjtJoint.mjJNT_FREE)
-    ]
-    found += [f"the MJCF holds something that moves freely (joint {name}): remove it" for name in free]
+    for j in np.flatnonzero(m.jnt_type == int(mujoco.mjtJoint.mjJNT_FREE)):
+        name = m.joint(j).name or f"number {j}"
+        found.append(f"the MJCF holds something that moves freely (joint {name}): remove it")
     return found
 
 
@@ -111,11 +99,11 @@ def _arm_faults(robot: RobotDescription, m: Any) -> list[str]:
     for i, name in enumerate(robot.arm.joint_names):
         if abs(moved[i] - wanted[i]) <= _FOLLOWED * abs(wanted[i]):
             continue
-        actuator = robot.arm_actuator_names[i]
         why = _actuator_fault(m, actuators[i], joints[i])
-        what = why or f"it moved the joint by {moved[i]:+.3f} rad instead of {wanted[i]:+.3f}"
+        why = why or f"it moved the joint by {moved[i]:+.3f} rad instead of {wanted[i]:+.3f}"
+        actuator = robot.arm_actuator_names[i]
         found.append(
-            f"the actuator '{actuator}' does not bring the joint '{name}' where it is commanded: {what}"
+            f"the actuator '{actuator}' does not bring the joint '{name}' where it is commanded: {why}"
         )
     return found
 
@@ -215,18 +203,15 @@ def _touch(a: np.ndarray, b: np.ndarray) -> bool:
 def _posed(robot: RobotDescription, m: Any) -> Any:
     """Return the model's state with the arm at rest and the gripper open."""
     data = mujoco.MjData(m)
-    gripper, width = robot.gripper, robot.gripper.max_width_m
-    for name, q in zip(gripper.joint_names, gripper.qpos(width), strict=True):
-        data.qpos[m.jnt_qposadr[m.joint(name).id]] = q
-    for name, q in zip(robot.arm.joint_names, robot.arm.rest_qpos, strict=True):
-        data.qpos[m.jnt_qposadr[m.joint(name).id]] = q
+    gripper, arm = robot.gripper, robot.arm
+    names, open_qpos = (*gripper.joint_names, *arm.joint_names), gripper.qpos(gripper.max_width_m)
+    data.qpos[m.jnt_qposadr[[m.joint(name).id for name in names]]] = [*open_qpos, *arm.rest_qpos]
     return data
 
 
 def _run(m: Any, data: Any, most_s: float, gravity: bool = False) -> None:
     """Step without contacts until nothing moves, or the time is over."""
-    names = ("disableflags", "integrator", "timestep")
-    before = [getattr(m.opt, name) for name in names]
+    before = m.opt.disableflags, m.opt.integrator, m.opt.timestep
     m.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
     if not gravity:
         m.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
@@ -240,5 +225,4 @@ def _run(m: Any, data: Any, most_s: float, gravity: bool = False) -> None:
                 break
         mujoco.mj_kinematics(m, data)
     finally:
-        for name, value in zip(names, before, strict=True):
-            setattr(m.opt, name, value)
+        m.opt.disableflags, m.opt.integrator, m.opt.timestep = before

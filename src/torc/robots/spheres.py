@@ -10,7 +10,6 @@ from torc.robots.description import ArmDescription, SphereModel
 from torc.robots.gripper import GripperDescription
 from torc.robots.gripper_parsing import box_in, place_gripper, tcp_pose
 from torc.robots.model import Model
-from torc.robots.schema import RobotFile
 
 KNUCKLE = -2
 """Link mark of bodies between the gripper's body and its fingers."""
@@ -53,80 +52,78 @@ def _cover_box(half_size: np.ndarray, tolerance_m: float) -> Spheres:
 
 
 def parse_spheres(
-    model: Model, entry: RobotFile, arm: ArmDescription, gripper: GripperDescription, links: np.ndarray
+    model: Model, arm: ArmDescription, gripper: GripperDescription, links: np.ndarray
 ) -> SphereModel:
     """Return spheres of everything that moves. `links`: per body its link number, -1 static, KNUCKLE."""
-    _open(model, entry, gripper, 0.0)
-    T_tool0_world = invert(model.site_pose(entry.arm.tool0_site))
+    _open(model, gripper, 0.0)
+    T_tool0_world = invert(model.site_pose(model.entry.arm.tool0_site))
     frames = [invert(model.joint_pose(model.id("joint", n))) for n in arm.joint_names]
-    frames += [T_tool0_world, *[invert(tcp_pose(model, entry.gripper))] * 2]
+    frames += [T_tool0_world, *[invert(tcp_pose(model))] * 2]
     parts: list[tuple[int, np.ndarray]] = []
-    for body in range(1, model.m.nbody):
-        link = int(links[body])
+    for body, link in enumerate(links.tolist()):
         if link >= 0:
-            parts += [(link, s) for s in _body_spheres(model, entry, body, link - arm.dof - 1, frames[link])]
-    parts += _knuckle_spheres(model, entry, arm, gripper, links)
+            parts += [(link, s) for s in _body_spheres(model, body, link - arm.dof - 1, frames[link])]
+    parts += _knuckle_spheres(model, arm, gripper, links)
     parts.sort(key=lambda part: part[0])
     spheres = np.array([s for _, s in parts])
     of_link = np.array([k for k, _ in parts], dtype=np.int64)
     return SphereModel(of_link, spheres[:, :3].copy(), spheres[:, 3].copy())
 
 
-def static_spheres(model: Model, links: np.ndarray, tolerance_m: float) -> Float[np.ndarray, "k 4"]:
+def static_spheres(model: Model, links: np.ndarray) -> Float[np.ndarray, "k 4"]:
     """Return spheres of everything that does not move, world frame."""
     model.place({})
-    geoms = [g for b in range(model.m.nbody) if links[b] == -1 for g in model.collision_geoms(b)]
-    return np.concatenate(
-        [np.zeros((0, 4)), *(_geom_spheres(model, g, np.eye(4), tolerance_m) for g in geoms)]
-    )
+    covers = [_geom_spheres(model, g, np.eye(4)) for g in _geoms_of(model, links, -1)]
+    return np.concatenate([np.zeros((0, 4)), *covers])
 
 
-def _open(model: Model, entry: RobotFile, gripper: GripperDescription, width_m: float) -> None:
-    driver = gripper.joint_names.index(entry.gripper.driver_joint)
-    place_gripper(model, entry.gripper, float(gripper.qpos(width_m)[driver]))
+def _geoms_of(model: Model, links: np.ndarray, link: int) -> list[int]:
+    return [g for body in np.flatnonzero(links == link).tolist() for g in model.collision_geoms(body)]
 
 
-def _geom_spheres(model: Model, geom: int, T_frame_world: Pose, tolerance_m: float) -> Spheres:
-    m = model.m
+def _open(model: Model, gripper: GripperDescription, width_m: float) -> None:
+    driver = gripper.joint_names.index(model.entry.gripper.driver_joint)
+    place_gripper(model, float(gripper.qpos(width_m)[driver]))
+
+
+def _geom_spheres(model: Model, geom: int, T_frame_world: Pose) -> Spheres:
+    m, tolerance_m = model.m, model.entry.spheres.tolerance_m
     local = cover_geom(model.kind(geom), m.geom_size[geom], m.geom_aabb[geom, 3:], tolerance_m)
     T = T_frame_world @ model.geom_pose(geom)
     return np.column_stack([local[:, :3] @ T[:3, :3].T + T[:3, 3], local[:, 3]])
 
 
-def _body_spheres(
-    model: Model, entry: RobotFile, body: int, finger: int, T_frame_world: Pose
-) -> list[np.ndarray]:
+def _body_spheres(model: Model, body: int, finger: int, T_frame_world: Pose) -> list[np.ndarray]:
     """Return spheres of one body in its link's frame; a finger's pads and blade are covered as one box."""
-    tolerance, geoms, out = entry.spheres.tolerance_m, model.collision_geoms(body), []
+    geoms, out = model.collision_geoms(body), []
     if finger >= 0:
-        parts = entry.gripper.fingers[finger]
+        parts = model.entry.gripper.fingers[finger]
         blade = [model.id("geom", g) for g in (*parts.pad_geoms, *parts.blade_geoms)]
         geoms = [g for g in geoms if g not in blade]
         center, half = box_in(T_frame_world, np.concatenate([model.box_corners(g) for g in blade]))
-        box = _cover_box(half, tolerance)
+        box = _cover_box(half, model.entry.spheres.tolerance_m)
         box[:, :3] += center
         out += list(box)
     for g in geoms:
-        out += list(_geom_spheres(model, g, T_frame_world, tolerance))
+        out += list(_geom_spheres(model, g, T_frame_world))
     return out
 
 
 def _knuckle_spheres(
-    model: Model, entry: RobotFile, arm: ArmDescription, gripper: GripperDescription, links: np.ndarray
+    model: Model, arm: ArmDescription, gripper: GripperDescription, links: np.ndarray
 ) -> list[tuple[int, np.ndarray]]:
     """Return spheres of the parts that neither rest in the palm nor move with a finger.
 
     They move with the frame they move least in, enlarged by the remaining travel beyond the tolerance.
     """
-    tolerance = entry.spheres.tolerance_m
-    geoms = [g for b in range(model.m.nbody) if links[b] == KNUCKLE for g in model.collision_geoms(b)]
+    tolerance, geoms = model.entry.spheres.tolerance_m, _geoms_of(model, links, KNUCKLE)
     if not geoms:
         return []
     tracks, widths = [], np.linspace(0.0, gripper.max_width_m, 25)
     for width in widths:
-        _open(model, entry, gripper, width)
-        frames = invert(model.site_pose(entry.arm.tool0_site)), invert(tcp_pose(model, entry.gripper))
-        world = np.concatenate([_geom_spheres(model, g, np.eye(4), tolerance) for g in geoms])
+        _open(model, gripper, width)
+        frames = invert(model.site_pose(model.entry.arm.tool0_site)), invert(tcp_pose(model))
+        world = np.concatenate([_geom_spheres(model, g, np.eye(4)) for g in geoms])
         tracks.append([world[:, :3] @ T[:3, :3].T + T[:3, 3] for T in frames])
     tool0, tcp = (np.array([t[k] for t in tracks]) for k in (0, 1))
     out = []

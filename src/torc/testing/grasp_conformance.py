@@ -10,8 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from torc.grasping.checked_grasps import grasp_faults
-from torc.grasping.protocol import GraspPlanner
+from torc.grasping.protocol import GraspPlanner, grasp_faults
 from torc.records import GraspSet
 from torc.registry.context import BuildContext
 from torc.robots.loading import load_robot

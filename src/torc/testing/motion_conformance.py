@@ -12,8 +12,7 @@ from functools import cache
 import numpy as np
 
 from torc.episode.steps import pick_request
-from torc.motion.checked_plans import plan_faults
-from torc.motion.protocol import MotionPlanner, PickRequest
+from torc.motion.protocol import MotionPlanner, PickRequest, plan_faults
 from torc.perception.protocol import Wanted
 from torc.pipeline.building import System, build_system
 from torc.registry.context import BuildContext

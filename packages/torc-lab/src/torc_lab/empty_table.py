@@ -8,10 +8,9 @@ from jaxtyping import Bool, Float
 from torc.collision.collision_world import CollisionConfig, world_from_voxels
 from torc.collision.contacts import robot_arrays
 from torc.motion.config import MotionConfig
-from torc.motion.geometry import rounded_path
 from torc.motion.space import FreeSpace, MotionQuery, free_space
 from torc.motion.timed_motions import timed_motion, way_out
-from torc.motion.timing import join, time_path
+from torc.motion.timing import join, rounded_path, time_path
 from torc.records import PlanStage, Trajectory
 from torc.robots.description import ArmDescription, RobotDescription
 from torc.workspace.description import Workspace

@@ -14,16 +14,12 @@ from torc.grasping.hand import HandGeometry
 
 @dataclass(frozen=True)
 class GeneratorInput:
-    """The input of a generator.
+    """The input of a generator: object, hand, and what limits its grasps.
 
     Attributes:
-        cloud: the object.
-        hand: the gripper.
         forward: horizontal direction in which the camera looks; approaches stay within a cone of yaw about it.
-        support_z_m: height of the table.
         tip_margin_m: distance of the fingertips to the table.
         min_points: fewest seen points between the pads.
-        config: settings.
     """
 
     cloud: ObjectCloud

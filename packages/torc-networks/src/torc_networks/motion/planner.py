@@ -4,10 +4,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from torc.collision.contacts import robot_arrays
-from torc.collision.placement import RobotArrays
 from torc.motion.config import MotionConfig
 from torc.motion.free_motions import FreeMotions
+from torc.motion.mover import Mover
 from torc.motion.protocol import NoMotionError
 from torc.motion.sampling_planner import SamplingMotionPlanner
 from torc.motion.space import MotionQuery
@@ -37,16 +36,14 @@ class CuroboMotionPlanner(SamplingMotionPlanner):
     ) -> None:
         asked = CuroboConfig() if config is None else config
         super().__init__(robot, workspace, asked)
-        self.free = NetworkFreeMotions(robot, robot_arrays(robot), workspace, asked)
+        self.free = NetworkFreeMotions(self.mover, workspace, asked)
 
 
 class NetworkFreeMotions(FreeMotions):
     """Free motions that a server plans; each is checked before it is used."""
 
-    def __init__(
-        self, robot: RobotDescription, arrays: RobotArrays, workspace: Workspace, config: CuroboConfig
-    ) -> None:
-        super().__init__(robot, arrays, workspace, config)
+    def __init__(self, mover: Mover, workspace: Workspace, config: CuroboConfig) -> None:
+        super().__init__(mover, workspace)
         self.client = NetworkClient(config.server)
 
     def _motion(
@@ -57,7 +54,7 @@ class NetworkFreeMotions(FreeMotions):
         Raises NoMotionError if the server finds none, or one that touches something by torc's own check; NetworkError,
         also for a motion that was not asked for.
         """
-        arm = self._robot.arm
+        arm = self._mover.arm
         index = query.by_time()[: self._config.search.goals]
         answer = self.client.ask(
             "plan",

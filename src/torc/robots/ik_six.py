@@ -9,55 +9,44 @@ of the parallel axes and P where the last two axes meet:
    second; and the fourth by the whole turn about n.
 """
 
-from typing import Any
-
 import numpy as np
 from numba import njit
 
 from torc.robots.description import ArmDescription
-from torc.robots.ik_ranking import add_turns, rank_solutions, wrap_into_limits
-from torc.robots.ik_subproblems import (
+from torc.robots.ik_kernels import (
+    Structure,
     angle_between,
     apply,
-    common_point,
     cross,
     dot,
     elbow_angles,
-    joint_lines,
     matmul,
+    structure_of,
     turns_to_plane,
+    wrap_into_limits,
+    write_best_first,
 )
-from torc.robots.kinematics_kernels import rotate_about
-
-ParallelStructure = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
-"""At q = 0, world frame: axes (6, 3), a point on each (6, 3), where the last two meet (3,), inverse flange pose
-(4, 4)."""
+from torc.robots.kinematics import rotate_about
 
 
-def detect_parallel(arm: ArmDescription) -> ParallelStructure | None:
-    """Return the arm's structure, or None.
+def detect_parallel(arm: ArmDescription) -> Structure | None:
+    """Return the structure of an arm whose second to fourth axes are parallel and whose last two meet, or None.
 
-    It takes 6 joints, the second to fourth axes parallel, the last two meeting, and all other neighbours at right
-    angles.
+    All other neighbours must be at right angles.
     """
-    if arm.dof != 6:
+    structure = structure_of(arm, slice(0, 1), slice(4, 6), (0, 3, 4)) if arm.dof == 6 else None
+    if (
+        structure is None
+        or np.linalg.norm(np.cross(structure.axes[1], structure.axes[2:4]), axis=1).max() >= 1e-6
+    ):
         return None
-    axes, points, T0_inverse = joint_lines(arm)
-    parallel = [np.linalg.norm(np.cross(axes[1], axes[i])) < 1e-6 for i in (2, 3)]
-    right = [abs(axes[i] @ axes[i + 1]) < 1e-6 for i in (0, 3, 4)]
-    wrist = common_point(axes[4:], points[4:])
-    if wrist is None or not all(parallel + right):
-        return None
-    return axes, points, wrist, T0_inverse
+    return structure
 
 
 @njit(cache=True)
-def _solve_pose(
-    T: np.ndarray, structure: tuple[Any, ...], lower: np.ndarray, upper: np.ndarray, rest: np.ndarray,
-    solutions: np.ndarray,
-) -> int:  # fmt: skip
+def _solve_pose(T, structure, joints, solutions):
     """Write all branches of one pose within the limits to solutions (capacity, 6); return how many."""
-    axes, points, wrist, T0_inverse = structure
+    axes, points, T0_inverse, _, wrist = structure
     n = axes[1]
     R, R0, R5, R4, turn, M = np.zeros((6, 3, 3))
     t, v, p, x, work = np.zeros((5, 3))
@@ -78,11 +67,10 @@ def _solve_pose(
             matmul(R0, R, M)
             rotate_about(axes[4], -q[4], R4)
             # The last joint: rot(w5) M^T n = rot(w4)^-1 n. If w5 is along n, any angle will do.
-            for i in range(3):
-                v[i] = M[0, i] * n[0] + M[1, i] * n[1] + M[2, i] * n[2]
+            apply(M.T, n, v)
             apply(R4, n, x)
             cross(axes[5], v, work)
-            q[5] = angle_between(v, x, axes[5], work) if dot(work, work) > 1e-14 else rest[5]
+            q[5] = angle_between(v, x, axes[5], work) if dot(work, work) > 1e-14 else joints.rest[5]
             rotate_about(axes[5], -q[5], R5)
             matmul(R5, R4, turn)
             matmul(M, turn, R5)  # e1 e2 e3, a turn about n
@@ -104,20 +92,15 @@ def _solve_pose(
                 q[1] = angle_between(v, p, axes[1], work)
                 q[3] = dot(axes[3], n) * (whole - q[1] - dot(axes[2], n) * q[2])
                 solutions[count] = q
-                if wrap_into_limits(solutions[count], lower, upper, rest):
+                if wrap_into_limits(solutions[count], joints):
                     count += 1
     return count
 
 
 @njit(cache=True)
-def parallel_ik_kernel(
-    Ts: np.ndarray, structure: tuple[Any, ...], lower: np.ndarray, upper: np.ndarray, rest: np.ndarray,
-    soft_margin: float, limit_weight: float, out: np.ndarray, counts: np.ndarray,
-) -> None:  # fmt: skip
+def parallel_ik_kernel(Ts, structure, joints, out, counts):
     """Solve poses (n, 4, 4): branches, best first, into out (n, capacity, 6) and counts (n,)."""
     solutions = np.empty((max(8, out.shape[1]), out.shape[2]))
-    for k in range(Ts.shape[0]):
-        count = _solve_pose(Ts[k], structure, lower, upper, rest, solutions)
-        count = min(add_turns(lower, upper, solutions, count), out.shape[1])
-        rank_solutions(lower, upper, rest, soft_margin, limit_weight, solutions, count, out[k])
-        counts[k] = count
+    for k in range(len(Ts)):
+        count = _solve_pose(Ts[k], structure, joints, solutions)
+        counts[k] = write_best_first(solutions, count, joints, out[k])

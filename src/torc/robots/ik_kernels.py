@@ -1,29 +1,65 @@
-"""The building blocks of closed-form inverse kinematics: Paden and Kahan's subproblems, as compiled kernels.
+"""The building blocks of closed-form inverse kinematics, compiled: Paden and Kahan's subproblems; limits and ranking.
 
 With the arm's joint axes w0, w1 .. and the flange pose T0 at q = 0, the flange is T = e0 e1 .. T0, each e a turn about
 its axis (product of exponentials). (Murray, Li, Sastry: A Mathematical Introduction to Robotic Manipulation, 3.2.)
 """
 
+from typing import NamedTuple
+
 import numpy as np
-from jaxtyping import Float
 from numba import njit
 
-from torc.geometry.transforms import Pose, invert
+from torc.geometry.transforms import invert
 from torc.robots.description import ArmDescription
-from torc.robots.kinematics import link_poses
-from torc.robots.kinematics_kernels import rotate_about
+from torc.robots.kinematics import link_poses, rotate_about
+
+FINER = 8
+"""Factor on the number of samples of the free angle for a pose that seems out of reach: its gap may be narrow."""
+_TWO_PI = 2.0 * np.pi
 
 
-def joint_lines(
-    arm: ArmDescription,
-) -> tuple[Float[np.ndarray, "dof 3"], Float[np.ndarray, "dof 3"], Pose]:
-    """Return the joints' axes at q = 0 in the world frame, a point on each, and the inverse of the flange's pose."""
+class Structure(NamedTuple):
+    """An arm at q = 0, world frame.
+
+    axes, points: direction of each joint's axis, and a point on it.
+    T0_inverse: inverse of the flange's pose.
+    shoulder, wrist: where the first and the last axes meet; if they do not, a point on them.
+    """
+
+    axes: np.ndarray
+    points: np.ndarray
+    T0_inverse: np.ndarray
+    shoulder: np.ndarray
+    wrist: np.ndarray
+
+
+class Joints(NamedTuple):
+    """Limits of the joints and what ranks solutions: the rest configuration, and IkConfig's margin and weight."""
+
+    lower: np.ndarray
+    upper: np.ndarray
+    rest: np.ndarray
+    soft_margin: float
+    limit_weight: float
+
+
+def structure_of(
+    arm: ArmDescription, shoulder: slice, wrist: slice, right: tuple[int, ...]
+) -> Structure | None:
+    """Return the structure of an arm if these joints' axes meet, and the `right` ones are at right angles to the next.
+
+    None otherwise.
+    """
     Ts = link_poses(arm, np.zeros((1, arm.dof)))[0]
     axes = np.einsum("kij,kj->ki", Ts[: arm.dof, :3, :3], arm.axes)
-    return axes, Ts[: arm.dof, :3, 3].copy(), invert(Ts[arm.dof])
+    points = Ts[: arm.dof, :3, 3].copy()
+    first, last = _common_point(axes[shoulder], points[shoulder]), _common_point(axes[wrist], points[wrist])
+    if first is None or last is None or any(abs(axes[i] @ axes[i + 1]) >= 1e-6 for i in right):
+        return None
+    return Structure(axes, points, invert(Ts[arm.dof]), first, last)
 
 
-def common_point(axes: np.ndarray, points: np.ndarray) -> np.ndarray | None:
+def _common_point(axes: np.ndarray, points: np.ndarray) -> np.ndarray | None:
     """Return the point all lines pass through, or None (least squares of the distances to the lines)."""
     projectors = np.eye(3) - axes[:, :, None] * axes[:, None, :]
     p = np.linalg.lstsq(projectors.sum(axis=0), np.einsum("kij,kj->i", projectors, points), rcond=None)[0]
@@ -32,39 +68,90 @@ def common_point(axes: np.ndarray, points: np.ndarray) -> np.ndarray | None:
 
 
 @njit(cache=True)
-def dot(a: np.ndarray, b: np.ndarray) -> float:
+def wrap_near(angle, lower, upper, preferred):
+    """Return the angle modulo 2 pi within the limits that is nearest to `preferred`; NaN if there is none."""
+    first = angle + _TWO_PI * np.ceil((lower - angle - 1e-12) / _TWO_PI)
+    best, distance = np.nan, np.inf
+    while first <= upper + 1e-12:
+        if abs(first - preferred) < distance:
+            best, distance = first, abs(first - preferred)
+        first += _TWO_PI
+    return min(max(best, lower), upper) if distance < np.inf else np.nan
+
+
+@njit(cache=True)
+def wrap_into_limits(q, joints):
+    """Turn the angles of q by multiples of 2 pi into the limits, in place; return False if one cannot be."""
+    for i in range(q.shape[0]):
+        q[i] = wrap_near(q[i], joints.lower[i], joints.upper[i], joints.rest[i])
+        if np.isnan(q[i]):
+            return False
+    return True
+
+
+@njit(cache=True)
+def write_best_first(solutions, count, joints, out):
+    """Add solutions 2 pi away in one or more joints, as far as limits and space allow, rank all, and write them to out.
+
+    By rising cost: squared distance from rest plus a penalty near limits. Return how many were written.
+    """
+    count = _add_turns(solutions, count, joints)
+    cost = np.zeros(count)
+    for k in range(count):
+        for i in range(joints.rest.shape[0]):
+            q = solutions[k, i]
+            cost[k] += (q - joints.rest[i]) ** 2
+            margin = min(q - joints.lower[i], joints.upper[i] - q)
+            if margin < joints.soft_margin:
+                cost[k] += joints.limit_weight * (1.0 - margin / joints.soft_margin) ** 2
+    order = np.argsort(cost, kind="mergesort")
+    count = min(count, out.shape[0])
+    for k in range(count):
+        out[k] = solutions[order[k]]
+    return count
+
+
+@njit(cache=True)
+def _add_turns(solutions, count, joints):
+    for joint in range(solutions.shape[1]):
+        for k in range(count):
+            for turn in (-_TWO_PI, _TWO_PI):
+                angle = solutions[k, joint] + turn
+                while joints.lower[joint] <= angle <= joints.upper[joint] and count < solutions.shape[0]:
+                    solutions[count] = solutions[k]
+                    solutions[count, joint] = angle
+                    count += 1
+                    angle += turn
+    return count
+
+
+@njit(cache=True)
+def dot(a, b):
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @njit(cache=True)
-def cross(a: np.ndarray, b: np.ndarray, out: np.ndarray) -> None:
+def cross(a, b, out):
     out[0] = a[1] * b[2] - a[2] * b[1]
     out[1] = a[2] * b[0] - a[0] * b[2]
     out[2] = a[0] * b[1] - a[1] * b[0]
 
 
 @njit(cache=True)
-def apply(R: np.ndarray, v: np.ndarray, out: np.ndarray) -> None:
+def apply(R, v, out):
     for i in range(3):
         out[i] = R[i, 0] * v[0] + R[i, 1] * v[1] + R[i, 2] * v[2]
 
 
 @njit(cache=True)
-def matmul(A: np.ndarray, B: np.ndarray, out: np.ndarray) -> None:
+def matmul(A, B, out):
     for i in range(3):
         for j in range(3):
             out[i, j] = A[i, 0] * B[0, j] + A[i, 1] * B[1, j] + A[i, 2] * B[2, j]
 
 
 @njit(cache=True)
-def matmul_transposed(A: np.ndarray, B: np.ndarray, out: np.ndarray) -> None:
-    for i in range(3):
-        for j in range(3):
-            out[i, j] = A[0, i] * B[0, j] + A[1, i] * B[1, j] + A[2, i] * B[2, j]
-
-
-@njit(cache=True)
-def angle_between(v: np.ndarray, u: np.ndarray, axis: np.ndarray, work: np.ndarray) -> float:
+def angle_between(v, u, axis, work):
     """Return the turn about the axis that brings v towards u; 0 if v or u is along the axis (first subproblem)."""
     cross(v, u, work)
     s, c = dot(axis, work), dot(v, u) - dot(axis, v) * dot(axis, u)
@@ -72,9 +159,7 @@ def angle_between(v: np.ndarray, u: np.ndarray, axis: np.ndarray, work: np.ndarr
 
 
 @njit(cache=True)
-def split_rotation(
-    R: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray, out: np.ndarray, work: np.ndarray
-) -> int:
+def split_rotation(R, a, b, c, out, work):
     """Write angles to out (2, 3) with R = rot(a) rot(b) rot(c), a and c at right angles to b; return how many."""
     u, v, w = work[0], work[1], work[2]
     M = work[3:6]
@@ -99,7 +184,7 @@ def split_rotation(
 
 
 @njit(cache=True)
-def shortest_rotation(v: np.ndarray, p: np.ndarray, out: np.ndarray, work: np.ndarray) -> None:
+def shortest_rotation(v, p, out, work):
     """Write the rotation that turns direction v onto direction p about their common normal."""
     axis = work[0]
     cross(v, p, axis)
@@ -118,14 +203,7 @@ def shortest_rotation(v: np.ndarray, p: np.ndarray, out: np.ndarray, work: np.nd
 
 
 @njit(cache=True)
-def elbow_angles(
-    axis: np.ndarray,
-    elbow: np.ndarray,
-    shoulder: np.ndarray,
-    wrist: np.ndarray,
-    reach: float,
-    out: np.ndarray,
-) -> int:
+def elbow_angles(axis, elbow, shoulder, wrist, reach, out):
     """Write turns of the wrist about the elbow's axis that put it `reach` from the shoulder; return how many (0..2)."""
     w, s = wrist - elbow, shoulder - elbow
     along = dot(axis, w) - dot(axis, s)
@@ -144,9 +222,7 @@ def elbow_angles(
 
 
 @njit(cache=True)
-def turns_to_plane(
-    axis: np.ndarray, v: np.ndarray, normal: np.ndarray, distance: float, out: np.ndarray, work: np.ndarray
-) -> int:
+def turns_to_plane(axis, v, normal, distance, out, work):
     """Write turns of v about the axis, both unit or not, that make normal . v `distance`; return how many (0..2)."""
     cross(axis, v, work)
     along = dot(axis, v) * dot(normal, axis)

@@ -1,0 +1,145 @@
+"""A robot that moves, with what all its motions need; and straight lines of the flange, followed by Newton steps.
+
+Each waypoint of a line is solved by damped least squares from the one before, so a redundant arm moves as little as it
+can.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float, Int
+from numba import njit
+
+from torc.collision.collision_world import CollisionWorld
+from torc.collision.contacts import robot_arrays
+from torc.collision.placement import RobotArrays
+from torc.geometry.transforms import kernel_array
+from torc.motion.config import MotionConfig
+from torc.motion.space import FreeSpace, free_space
+from torc.motion.timing import time_line
+from torc.records import Trajectory
+from torc.robots.description import ArmDescription, RobotDescription
+from torc.robots.kinematics import forward, jacobian, pose_error
+
+_TOLERANCE = 1e-5
+"""Metres and radians, per axis."""
+
+
+@dataclass(frozen=True)
+class Mover:
+    """A robot and the settings of its motions."""
+
+    robot: RobotDescription
+    config: MotionConfig
+
+    @property
+    def arm(self) -> ArmDescription:
+        """The robot's arm."""
+        return self.robot.arm
+
+    @cached_property
+    def arrays(self) -> RobotArrays:
+        """The robot for the compiled checks."""
+        return robot_arrays(self.robot)
+
+    @property
+    def opening_m(self) -> float:
+        """Opening of the gripper until it closes on the object."""
+        most, wanted = self.robot.gripper.max_width_m, self.config.opening_m
+        return most if wanted is None else min(wanted, most)
+
+    def space(
+        self, world: CollisionWorld, width_m: float, attached: Float[np.ndarray, "a 4"] | None = None
+    ) -> FreeSpace:
+        """Return where the arm may be with that opening, and spheres attached to the gripper (see `free_space`)."""
+        arm = self.arm
+        return free_space(self.arrays, world, width_m, (arm.lower, arm.upper), arm.max_speed, attached)
+
+    def follow(
+        self,
+        starts: Float[np.ndarray, "b dof"],
+        Ts_world_tool0: Float[np.ndarray, "*b 4 4"],
+        directions: Float[np.ndarray, "*b 3"],
+        length_m: float,
+        waypoints: int | None = None,
+    ) -> tuple[Float[np.ndarray, "b m dof"], Int[np.ndarray, "b"]]:
+        """Return joint paths along straight lines of the flange, and how many waypoints in a row each one meets.
+
+        Poses at the starts and directions (unit vectors, world frame) may be one for all; the orientation is kept. The
+        paths leave out the starts, end after `waypoints` if given, and are NaN beyond the last waypoint that is met.
+        """
+        steps, config = self.waypoints(length_m), self.config.cartesian
+        starts, n, margin = kernel_array(starts), len(starts), config.limit_margin_rad
+        paths = np.full((n, waypoints or steps, starts.shape[1]), np.nan)
+        counts = np.zeros(n, dtype=np.int64)
+        _follow_each(
+            starts,
+            kernel_array(np.broadcast_to(Ts_world_tool0, (n, 4, 4))[:, :3]),
+            kernel_array(np.broadcast_to(directions, (n, 3))),
+            length_m / steps,
+            self.arrays,
+            kernel_array(self.arm.lower + margin),
+            kernel_array(self.arm.upper - margin),
+            config.max_joint_step_rad,
+            paths,
+            counts,
+        )
+        return paths, counts
+
+    def timed_line(self, path: Float[np.ndarray, "m dof"], longest_m: float, speed_m_s: float) -> Trajectory:
+        """Time a path along the first waypoints of a line of that length."""
+        spacing_m = longest_m / self.waypoints(longest_m)
+        return time_line(path, spacing_m * np.arange(len(path)), speed_m_s, self.arm, self.config.timing)
+
+    def waypoints(self, length_m: float) -> int:
+        """Return the number of waypoints of a line, not counting its start."""
+        return max(1, int(np.ceil(length_m / self.config.cartesian.step_m - 1e-9)))
+
+    def line_counts(self, lengths_m: tuple[float, ...]) -> list[int]:
+        """Return the number of waypoints of each length on the line of the longest, in the order given."""
+        longest_m = max(lengths_m)
+        return [max(1, round(length / longest_m * self.waypoints(longest_m))) for length in lengths_m]
+
+
+@njit(cache=True)
+def _follow_waypoints(q_start, targets, robot, lower, upper, max_step_rad, path):
+    """Fill path with a configuration per target pose; return how many were reached in a row.
+
+    It ends at the first waypoint that is not met within the tolerance (metres and radians, per axis), passes a joint
+    limit, or changes a joint by more than max_step_rad.
+    """
+    dof = q_start.shape[0]
+    Ts, scratch = np.empty((dof + 1, 3, 4)), np.empty((2, 3, 4))
+    J, error = np.empty((6, dof)), np.empty(6)
+    damping = 1e-7 * np.eye(6)
+    q = q_start.copy()
+    for k in range(targets.shape[0]):
+        met = False
+        for _ in range(12):
+            forward(q, robot, Ts, scratch)
+            if pose_error(Ts[dof], targets[k], error) < _TOLERANCE:
+                met = True
+                break
+            jacobian(Ts, robot.axes, J)
+            q += J.T @ np.linalg.solve(J @ J.T + damping, error)
+        if not met:
+            return k
+        previous = path[k - 1] if k > 0 else q_start
+        for i in range(dof):
+            if q[i] < lower[i] or q[i] > upper[i] or abs(q[i] - previous[i]) > max_step_rad:
+                return k
+        path[k] = q
+    return targets.shape[0]
+
+
+@njit(cache=True)
+def _follow_each(starts, Ts, directions, spacing_m, robot, lower, upper, max_step_rad, paths, counts):
+    m = paths.shape[1]
+    targets = np.empty((m, 3, 4))
+    for b in range(starts.shape[0]):
+        for k in range(m):
+            targets[k] = Ts[b]
+            for i in range(3):
+                targets[k, i, 3] += (k + 1) * spacing_m * directions[b, i]
+        counts[b] = _follow_waypoints(starts[b], targets, robot, lower, upper, max_step_rad, paths[b])
