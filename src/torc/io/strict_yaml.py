@@ -2,20 +2,24 @@
 
 from collections import Counter
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
 import yaml
-from pydantic import BaseModel, BeforeValidator, ValidationError
+from pydantic import BeforeValidator, TypeAdapter, ValidationError
 from pydantic_core import PydanticCustomError
 
 from torc.errors import InputError
 from torc.io.reading import read_text
 
-_Model = TypeVar("_Model", bound=BaseModel)
+_Model = TypeVar("_Model")
 _REMEDIES = {
     "missing": "is missing; add it",
-    "extra_forbidden": "is not a field of this format; remove it or check its spelling",
+    **dict.fromkeys(
+        ("extra_forbidden", "unexpected_keyword_argument"),
+        "is not a field of this format; remove it or check its spelling",
+    ),
     "finite_number": "must be a finite number",
     "string_type": "must be text; put it in quotes",
     "string_unicode": "has characters that are none; remove them",
@@ -90,35 +94,38 @@ def parse_plain_yaml(text: str, source: str, what: str, max_bytes: int, remedy: 
     return data
 
 
-def parse_yaml_as(
-    model: type[_Model],
-    text: str,
-    source: str,
-    what: str,
-    max_bytes: int,
-    remedy: str,
-    remedies: Mapping[str, str] | None = None,
+def validated(
+    model: type[_Model], content: Any, head: str, remedy: str = "", remedies: Mapping[str, str] | None = None
 ) -> _Model:
-    """Read a YAML text into a pydantic model; arguments as for `parse_plain_yaml` and `explain_faults`.
+    """Check plain data against a pydantic model or a dataclass with annotations for pydantic.
+
+    Args:
+        model: the class of the record.
+        content: the data.
+        head: begins the message, e.g. "my.yaml is not a valid problem file".
+        remedy: ends the message.
+        remedies: as for `explain_faults`.
 
     Raises:
-        InputError: the message names the field, the fault and the remedy.
+        InputError: the message names each field, its fault and the remedy.
     """
-    content = parse_plain_yaml(text, source, what, max_bytes, remedy)
     try:
-        return model.model_validate(content)
+        return _adapter(model).validate_python(content)
     except ValidationError as error:
-        faults = explain_faults(error, remedies)
-        raise InputError(f"{source} is not a valid {what} file:\n{faults}\n{remedy}") from None
+        raise InputError(f"{head}:\n{explain_faults(error, remedies)}\n{remedy}".rstrip()) from None
+
+
+_adapter = cache(TypeAdapter)
 
 
 def read_yaml_as(model: type[_Model], path: Path, what: str, max_bytes: int, remedy: str) -> _Model:
-    """Read a YAML file into a pydantic model. Raises InputError like `parse_yaml_as`, or if it cannot be read."""
+    """Read a YAML file into a record. Raises InputError like `parse_plain_yaml` and `validated`."""
     try:
         text = read_text(path)
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"Cannot read the {what} file {path}: {error}. {remedy}") from None
-    return parse_yaml_as(model, text, str(path), what, max_bytes, remedy)
+    content = parse_plain_yaml(text, str(path), what, max_bytes, remedy)
+    return validated(model, content, f"{path} is not a valid {what} file", remedy)
 
 
 def printable(text: str) -> str:

@@ -66,22 +66,15 @@ def builtin_object_names() -> tuple[str, ...]:
 
 def has_object(name: str) -> bool:
     """Check whether there is a model of that name: shipped, made from a shipped one, or stored by the user."""
-    return name in _shipped() or _is_marked(name) or find_stored(name) is not None
-
-
-def _is_marked(name: str) -> bool:
-    return base_name(name) in _shipped()
+    return name in _shipped() or base_name(name) in _shipped() or find_stored(name) is not None
 
 
 def object_facts(name: str) -> ObjectFacts:
     """Return facts of a model. Raises UnknownNameError, or InputError if a stored one is damaged."""
     if name in _shipped():
         return _shipped()[name]
-    base = base_name(name)
-    if base is not None and base in _shipped():
-        return replace(
-            _shipped()[base], name=name, description=marked_description(_shipped()[base].description)
-        )
+    if base := _shipped().get(base_name(name) or ""):
+        return replace(base, name=name, description=marked_description(base.description))
     from torc.objects.object_files import read_entry
 
     entry = read_entry(_directory(name))
@@ -95,11 +88,10 @@ def object_description(name: str) -> str:
 
 def load_object(name: str) -> ObjectModel:
     """Load the model with that name. Raises UnknownNameError, or InputError if a stored one is damaged."""
-    base = base_name(name)
-    if base is not None and base in _shipped():
+    if base := _shipped().get(base_name(name) or ""):
         from torc.objects.marked import marked
 
-        return marked(load_stored(_directory(base)))
+        return marked(load_stored(SHIPPED_OBJECTS / base.name))
     return load_stored(_directory(name))
 
 

@@ -1,22 +1,13 @@
 """The schema of object.yaml and its limits."""
 
 import math
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
-from pydantic import (
-    AfterValidator,
-    BaseModel,
-    ConfigDict,
-    Field,
-    ValidationError,
-    field_validator,
-    model_validator,
-)
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
-from torc.errors import InputError
 from torc.geometry.transforms import Pose, make_pose, rotation_from_wxyz
-from torc.io.strict_yaml import Number, explain_faults, printable
-from torc.objects.models import PieceKind, Quat
+from torc.io.strict_yaml import Number, printable
+from torc.objects.models import PieceKind, Quat, Vec3
 
 FORMAT = "torc-object/1"
 NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9_.\-]{0,63}$"
@@ -51,6 +42,12 @@ def _unit(wxyz: Quat) -> Quat:
     if abs(math.hypot(*wxyz) - 1.0) > 1e-6:
         raise ValueError("is no unit quaternion (order w, x, y, z).")
     return wxyz
+
+
+def _thick_enough(size_m: Vec3) -> Vec3:
+    if min(size_m) < MIN_SIZE_M:
+        raise ValueError(f"every edge must be at least {1000 * MIN_SIZE_M:.0f} mm.")
+    return size_m
 
 
 Name = Annotated[str, Field(pattern=NAME_PATTERN)]
@@ -120,22 +117,7 @@ class ObjectFile(BaseModel):
     friction: Annotated[Number, Field(ge=MIN_FRICTION, le=MAX_FRICTION)] = 0.8
     rolls: bool = False
     held_out: bool = True
-    size_m: tuple[_Length, _Length, _Length]
+    size_m: Annotated[tuple[_Length, _Length, _Length], AfterValidator(_thick_enough)]
     source: ObjectSource = ObjectSource()
     pieces: Annotated[list[PieceEntry], Field(min_length=1, max_length=MAX_PIECES)]
     visuals: Annotated[list[VisualEntry], Field(min_length=1, max_length=MAX_VISUALS)]
-
-    @field_validator("size_m")
-    @classmethod
-    def _thick_enough(cls, size_m: tuple[float, float, float]) -> tuple[float, float, float]:
-        if min(size_m) < MIN_SIZE_M:
-            raise ValueError(f"every edge must be at least {1000 * MIN_SIZE_M:.0f} mm.")
-        return size_m
-
-
-def validated(content: dict[Any, Any], where: str) -> ObjectFile:
-    """Validate the content of an object.yaml; records may stand for their entries. Raises InputError."""
-    try:
-        return ObjectFile.model_validate(content, from_attributes=True)
-    except ValidationError as error:
-        raise InputError(f"{where} is not a valid object ({FORMAT}):\n{explain_faults(error)}") from None
