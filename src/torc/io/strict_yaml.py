@@ -115,7 +115,9 @@ def validated(
         raise InputError(f"{head}:\n{explain_faults(error, remedies)}\n{remedy}".rstrip()) from None
 
 
-_adapter = cache(TypeAdapter)
+@cache
+def _adapter(model: Any) -> TypeAdapter[Any]:
+    return TypeAdapter(model)
 
 
 def read_yaml_as(model: type[_Model], path: Path, what: str, max_bytes: int, remedy: str) -> _Model:

@@ -60,8 +60,7 @@ def make_with(
     given = (context or BuildContext()).given_to(factory) | dict(options)
     signature = signature_of(factory)
     try:
-        if signature is not None:
-            signature.bind(**given)
+        signature.bind(**given)
     except TypeError as error:
         raise InputError(
             f"{what} does not take the options {sorted(given)}: {error}. It takes {signature}."
@@ -137,8 +136,9 @@ def load_object(what: str, path: str) -> Any:
     except AttributeError as error:
         raise InputError(f"{what}: {module_name} has no '{attribute}'.") from error
     except (Exception, SystemExit) as error:  # user-defined code may fail in any way
-        failed = f"importing {module_name} failed with {type(error).__name__}: {error}."
-        raise InputError(f"{what}: {failed}") from error
+        raise InputError(
+            f"{what}: importing {module_name} failed with {type(error).__name__}: {error}."
+        ) from error
     return found
 
 
@@ -150,7 +150,8 @@ def unknown_part(kind: Kind[Any], name: str, known: Iterable[str]) -> UnknownNam
 
 def part_paths(kind: Kind[Any]) -> dict[str, str]:
     """Return all known names with their "module:Class": shipped parts and those of installed packages."""
-    return {name: value for name, (value, _) in _installed(kind).items()} | _found(kind, _all_folders())
+    installed = {point.name: point.value for point in entry_points(group=kind.group)}
+    return installed | _found(kind, _all_folders())
 
 
 def shipped_paths(kind: Kind[Any]) -> Mapping[str, str]:
@@ -160,14 +161,13 @@ def shipped_paths(kind: Kind[Any]) -> Mapping[str, str]:
 
 def is_shipped(kind: Kind[Any], name: str) -> bool:
     """Return whether torc's version alone determines what this part does; a user-defined part counts by its source."""
-    if name in shipped_paths(kind):
-        return True
-    return satellite_of_part(kind.group, name) is not None
+    return name in shipped_paths(kind) or satellite_of_part(kind.group, name) is not None
 
 
 def part_lines(kind: Kind[Any]) -> dict[str, str]:
     """Return a line of help for every known name. No part is imported."""
-    lines = {name: line for name, (_, line) in _installed(kind).items()}
+    points = entry_points(group=kind.group)
+    lines = {point.name: f"of the package {point.value.partition('.')[0]}" for point in points}
     lines |= {name: _first_line(path) for name, path in _found(kind, _all_folders()).items()}
     return dict(sorted(lines.items()))
 
@@ -215,14 +215,6 @@ def _found(kind: Kind[Any], roots: tuple[str, ...]) -> dict[str, str]:
 
 def _all_folders() -> tuple[str, ...]:
     return (FOLDERS, *(point.value for point in entry_points(group=FOLDERS)))
-
-
-def _installed(kind: Kind[Any]) -> dict[str, tuple[str, str]]:
-    """Return the parts of installed packages: "module:Class", and the package's name."""
-    return {
-        point.name: (point.value, f"of the package {point.value.partition('.')[0]}")
-        for point in entry_points(group=kind.group)
-    }
 
 
 def _first_line(path: str) -> str:

@@ -64,10 +64,9 @@ def arguments(factory: Any, settings: Settings, stage: str, rough: bool = False)
     """
     made_with = config_class(factory)
     if made_with is None:
-        signature = signature_of(factory)
-        taken = {} if signature is None else signature.parameters
+        taken = signature_of(factory).parameters
         known = [f"{stage}.{name}" for name in sorted({*taken} - GIVEN)]
-        anything = signature is None or any(p.kind is p.VAR_KEYWORD for p in taken.values())
+        anything = any(p.kind is p.VAR_KEYWORD for p in taken.values())
         for name in () if anything else settings:
             if f"{stage}.{name}" not in known:
                 raise UnknownNameError("setting", f"{stage}.{name}", known)
@@ -83,11 +82,9 @@ def settings_of(factory: Any) -> list[tuple[str, Any]]:
     config = factory if is_dataclass(factory) else config_class(factory)
     if config is not None:
         return _of_fields(config, "")
-    signature = signature_of(factory)
-    taken = {} if signature is None else signature.parameters
     return [
         (name, REQUIRED if p.default is p.empty else p.default)
-        for name, p in taken.items()
+        for name, p in signature_of(factory).parameters.items()
         if name not in GIVEN and p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)
     ]
 
@@ -96,10 +93,12 @@ def _of_fields(config: Any, prefix: str) -> list[tuple[str, Any]]:
     """Return the settings of a dataclass, or of an instance of one."""
     found: list[tuple[str, Any]] = []
     for field in fields(config):
-        value = REQUIRED if inspect.isclass(config) else getattr(config, field.name)
-        if inspect.isclass(config) and field.default is not MISSING:
+        value = REQUIRED
+        if not inspect.isclass(config):
+            value = getattr(config, field.name)
+        elif field.default is not MISSING:
             value = field.default
-        elif inspect.isclass(config) and field.default_factory is not MISSING:
+        elif field.default_factory is not MISSING:
             value = field.default_factory()
         path = prefix + field.name
         found += _of_fields(value, f"{path}.") if is_dataclass(value) else [(path, value)]
