@@ -145,9 +145,6 @@ def filled(text: str) -> str:
 
 def _split_settings(arguments: Sequence[str]) -> tuple[list[str], dict[str, Any]]:
     """Return the other arguments, and the settings by dotted path. Raises InputError for one without a value."""
-    if not any(a.startswith("--") and "." in a for a in arguments):
-        return list(arguments), {}
-
     rest, settings = [], {}
     waiting = iter(arguments)
     for argument in waiting:
@@ -165,9 +162,6 @@ def _split_settings(arguments: Sequence[str]) -> tuple[list[str], dict[str, Any]
 
 def _with_settings(command: Any, settings: Mapping[str, Any]) -> Any:
     """Return a command with these settings in its conditions. Raises InputError for settings that it does not take."""
-    if not settings:
-        return command
-
     if of_planner := under(settings, "planner"):
         if not hasattr(command, "planner_settings"):
             raise InputError(

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from torc.cli.options import VlmOptions, wanted_of
 from torc.cli.printing import print_json, tell
-from torc.cli.vlm_options import VlmOptions
-from torc.cli.wanted import mark_of
+from torc.errors import InputError
 from torc.specs.conditions import PipelineSpec
 
 if TYPE_CHECKING:
@@ -77,7 +77,6 @@ class DecideCommand:
     def run(self) -> int:
         """Print the decision; the exit code is 3 if there is nothing to pick."""
         from torc.brain import FrameDecider, answer_text, load_frame
-        from torc.errors import InputError
         from torc.io.results import write_json
         from torc.pipeline.planners import (
             asking_planners,
@@ -96,9 +95,9 @@ class DecideCommand:
         wanted = self._wanted(frame)
         masked = frame.observation.label_image is not None
         # With a planner that asks no model, the model of a frame without masks looks for the target.
-        looks_for_target = model is not None and not masked and not (wanted.mark or wanted.pictures)
-        finder = open_client(model, self.vlm.cache()) if model is not None and looks_for_target else None
-        asks = asks_model(load_planner(self.planner)) or not looks_for_target
+        looks = model if not (masked or wanted.mark or wanted.pictures) else None
+        finder = None if looks is None else open_client(looks, self.vlm.cache())
+        asks = asks_model(load_planner(self.planner)) or looks is None
         if model is not None and model.words and not asks:
             raise InputError(
                 "The model only looks for the target here, which it does by pictures and a prompt of torc's own: leave "
@@ -107,8 +106,9 @@ class DecideCommand:
             )
         spec = PlannerSpec(self.planner, model if asks else None)
         planner = make_spec_planner(spec, self.vlm.cache(), None)
-        robot = None if self.robot == "none" else self.robot
-        decider = FrameDecider(frame, planner, robot=robot, stages=self.stages)
+        decider = FrameDecider(
+            frame, planner, robot=None if self.robot == "none" else self.robot, stages=self.stages
+        )
         with announced_compilation(tell):
             decider.rehearse()
         answer = decider.decide(seed=self.seed, wanted=wanted, finder=finder)
@@ -124,12 +124,11 @@ class DecideCommand:
 
     def _wanted(self, frame: Frame) -> Wanted:
         """Return the target from the options and the frame. Raises InputError."""
-        from torc.errors import InputError
-        from torc.perception.protocol import Wanted
-        from torc.perception.target import load_pictures
-
-        told = self.mark or self.reference
-        if told and frame.observation.label_image is not None and self.stages.perception == "labels":
+        if (
+            (self.mark or self.reference)
+            and frame.observation.label_image is not None
+            and self.stages.perception == "labels"
+        ):
             raise InputError(
                 "--mark and --reference are for frames without masks; in one with masks `target` says which is the "
                 "target. Leave the options out, or the labels, or add --perception embedded."
@@ -137,4 +136,4 @@ class DecideCommand:
         if self.mark and self.reference:
             raise InputError("--mark and --reference both say which object is the target: give one of them.")
         description = self.description or frame.target_description
-        return Wanted(description, load_pictures(self.reference), mark_of(self.mark), self.target_size)
+        return wanted_of(description, self.reference, self.mark, self.target_size, optional=True)

@@ -6,7 +6,8 @@ from typing import Annotated, Literal
 
 import tyro
 
-from torc.cli.printing import print_json, printable, split_names
+from torc.cli.options import split_names
+from torc.cli.printing import print_json, printable
 
 
 @dataclass(frozen=True)

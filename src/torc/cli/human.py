@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from torc.cli.printing import split_names
+from torc.cli.options import split_names
 from torc.cli.web_page import PageOptions, check_web_libraries, served_page
 from torc.specs.conditions import Conditions
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
+from torc.cli.options import JsonOption, RobotOption, WorkspaceOption
 from torc.cli.printing import print_json, printable, tell
 from torc.errors import InputError
 from torc.oracle.tree import DEFAULT_BUDGET
@@ -43,11 +44,9 @@ class ValidateCommand:
     """How much the oracle may try, in simulated picks."""
     seed: int = 0
     """Seed of the oracle's trial."""
-    robot: str = DEFAULT_ROBOT
-    """Robot: sda10f_2f85, ur5e_2f85, panda_hand, or a robot description file of your own (docs/robots.md)."""
-    workspace: str = DEFAULT_WORKSPACE
-    """Table, bin and camera: paper, or a workspace file of your own (docs/robots.md)."""
-    json: Annotated[bool, tyro.conf.arg(help="Print as JSON.")] = False
+    robot: RobotOption = DEFAULT_ROBOT
+    workspace: WorkspaceOption = DEFAULT_WORKSPACE
+    json: JsonOption = False
 
     def run(self) -> int:
         """Check, print, and return the exit code."""
@@ -120,10 +119,8 @@ class GalleryCommand:
     answers: Annotated[Path | None, tyro.conf.arg(metavar="DIR")] = None
     """Directory of the oracle's answers, as `torc problems solve --json` prints them; without one a card has the order
     that its problem's file states, if any."""
-    robot: str = DEFAULT_ROBOT
-    """Robot: sda10f_2f85, ur5e_2f85, panda_hand, or a robot description file of your own (docs/robots.md)."""
-    workspace: str = DEFAULT_WORKSPACE
-    """Table, bin and camera: paper, or a workspace file of your own (docs/robots.md)."""
+    robot: RobotOption = DEFAULT_ROBOT
+    workspace: WorkspaceOption = DEFAULT_WORKSPACE
     title: str = ""
     """Heading of the pages; made of SELECTION if not given."""
     json: Annotated[bool, tyro.conf.arg(help="Print what the cards say as JSON.")] = False

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
+from torc.cli.options import RobotOption
 from torc.cli.printing import print_json
 from torc.robots.names import DEFAULT_ROBOT
 
@@ -57,8 +58,7 @@ class ImportCommand:
     """Which of a scene's 13 annotations to take; the paper took 3."""
     camera: str = "realsense-d435"
     """Whose pictures the annotation is of: realsense-d415, realsense-d435, azure-kinect or zivid."""
-    robot: str = DEFAULT_ROBOT
-    """Robot: sda10f_2f85, ur5e_2f85, panda_hand, or a robot description file of your own (docs/robots.md)."""
+    robot: RobotOption = DEFAULT_ROBOT
     out: Annotated[Path, tyro.conf.arg(metavar="DIR")] = Path("graspclutter6d-problems")
     """Where the problem files go."""
     overwrite: bool = False

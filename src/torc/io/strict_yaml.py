@@ -115,9 +115,7 @@ def validated(
         raise InputError(f"{head}:\n{explain_faults(error, remedies)}\n{remedy}".rstrip()) from None
 
 
-@cache
-def _adapter(model: Any) -> TypeAdapter[Any]:
-    return TypeAdapter(model)
+_adapter: Any = cache(TypeAdapter)
 
 
 def read_yaml_as(model: type[_Model], path: Path, what: str, max_bytes: int, remedy: str) -> _Model:

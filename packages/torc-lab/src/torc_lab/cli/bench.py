@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
-from torc.cli.planner_options import planners_of
-from torc.cli.printing import printable, split_names, tell
-from torc.cli.vlm_options import VlmOptions
+from torc.cli.options import VlmOptions, planners_of, split_names
+from torc.cli.printing import printable, tell
 from torc.cli.web_page import PageOptions
 from torc_lab.cli.screen import page_screen
 

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from torc.cli.printing import split_names
+from torc.cli.options import split_names
 
 
 @dataclass(frozen=True)

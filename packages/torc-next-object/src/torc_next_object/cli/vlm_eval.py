@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import tyro
 
 from torc import InputError
+from torc.cli.options import VlmOptions
 from torc.cli.printing import print_json, printable, tell
-from torc.cli.vlm_options import VlmOptions
 from torc.io.reading import read_text
 from torc_next_object.data.sample import CAVEAT, SAMPLE
 
