@@ -1,14 +1,13 @@
 """`torc objects import`: mesh files to user-defined objects."""
 
 import os
-import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
-from torc.cli.printing import print_json, printable
+from torc.cli.printing import print_json, printable, teller
 from torc.errors import InputError
 
 if TYPE_CHECKING:
@@ -60,6 +59,7 @@ class ImportCommand:
         from torc.objects.library import store_directories
 
         meshes, left_out = self._meshes()
+        say = teller(self.json)
         check_library(self.library)  # a mesh may take minutes
         kept = self._kept(meshes)
         rows: list[dict[str, Any]] = []
@@ -75,18 +75,18 @@ class ImportCommand:
                 if path in kept:
                     row: dict[str, Any] = {"there": name}
                     anew = "" if name == options.name else f", as {options.name}"
-                    self._say(f"{start}: {name} is there already (--overwrite imports it again{anew})")
+                    say(f"{start}: {name} is there already (--overwrite imports it again{anew})")
                 else:
                     row = self._import_one(path, options, start)
                 files[name] = path
             except (InputError, PhysicsError) as error:
                 row = {"refused": str(error)}
-                self._say(f"{start}: refused: {error}")
+                say(f"{start}: refused: {error}")
             rows.append({"file": str(path), **row})
         refused, there = (sum(end in row for row in rows) for end in ("refused", "there"))
         for path, why in left_out:
             rows.append({"file": str(path), "left_out": why})
-            self._say(f"left out: {path}: {why}")
+            say(f"left out: {path}: {why}")
         if self.json:
             print_json(rows)
             return 1 if refused else 0
@@ -150,20 +150,18 @@ class ImportCommand:
         from torc.sim.portraits import stands
 
         check_name(str(options.name), self.library, self.overwrite)
-        self._say(f"{start}: reading ...")
+        say = teller(self.json)
+        say(f"{start}: reading ...")
         found = read_mesh(path, options)
         notes = list(found.notes)
         if not stands(found.model):
             notes.append("It does not stay where it is set down: expect it to roll or to fall over.")
         model = add_object(found, self.library, self.overwrite).model
         size, pieces = " x ".join(f"{1000 * s:.0f}" for s in model.size_m), len(model.pieces)
-        self._say(
+        say(
             f"{start}: {model.name}, {model.description}: {size} mm, {model.mass_kg:.3f} kg, {pieces} convex pieces"
         )
         for note in notes:
-            self._say(f"    {note}")
+            say(f"    {note}")
         facts = {name: getattr(model, name) for name in ("name", "description", "mass_kg")}
         return {**facts, "size_m": list(model.size_m), "pieces": pieces, "notes": notes}
-
-    def _say(self, text: str) -> None:
-        print(printable(text), file=sys.stderr if self.json else sys.stdout, flush=True)

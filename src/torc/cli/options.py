@@ -35,6 +35,12 @@ def split_names(text: str) -> tuple[str, ...]:
     return tuple(name.strip() for name in text.split(",") if name.strip())
 
 
+def check_picture_name(path: Path, *endings: str) -> None:
+    """Raise InputError unless a picture's name has one of the endings; .jpeg counts as .jpg."""
+    if path.suffix.lower().replace(".jpeg", ".jpg") not in endings:
+        raise InputError(f"{path}: pictures are written as {' or '.join(endings)}. Use a name that ends so.")
+
+
 def wanted_of(
     description: str,
     pictures: Sequence[Path],

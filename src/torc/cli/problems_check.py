@@ -1,15 +1,13 @@
 """`torc problems validate`, `gallery` and `solve`: check problems, draw them, and find the best order of picks."""
 
-import sys
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
 from torc.cli.options import JsonOption, RobotOption, WorkspaceOption
-from torc.cli.printing import print_json, printable, tell
+from torc.cli.printing import print_json, tell, teller
 from torc.errors import InputError
 from torc.oracle.tree import DEFAULT_BUDGET
 from torc.robots.names import DEFAULT_ROBOT
@@ -62,10 +60,10 @@ class ValidateCommand:
         names = [name for given in self.problems for name in select_problems(given)]
         problems = {name: load_problem(name) for name in dict.fromkeys(names)}
         reports: dict[str, ValidationReport] = {}
-        say = partial(print, file=sys.stderr if self.json else sys.stdout, flush=True)
+        say = teller(self.json)
 
         def progress(check: Check) -> None:
-            say(printable(f"  {'ok ' if check.passed else 'BAD'} {check.name + ':':<14}{check.text}"))
+            say(f"  {'ok ' if check.passed else 'BAD'} {check.name + ':':<14}{check.text}")
 
         with announced_compilation(tell):
             for name, problem in problems.items():

@@ -1,17 +1,15 @@
 """`torc problems generate`: any number of new problems."""
 
 import re
-import sys
 from collections import Counter
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
 from torc.cli.options import split_names
-from torc.cli.printing import print_json, tell
+from torc.cli.printing import print_json, tell, teller
 from torc.errors import InputError
 from torc.robots.names import DEFAULT_ROBOT
 from torc.specs.conditions import DEFAULT_WORKSPACE
@@ -95,7 +93,7 @@ class GenerateCommand:
 
         conditions = Conditions(robot=self.robot, workspace=self.workspace)
         inspector = inspector_for(self.robot, self.workspace)  # unknown names are refused before any work
-        say = partial(print, file=sys.stderr if self.json else sys.stdout, flush=True)
+        say = teller(self.json)
         jobs = {job: self.out / f"{problem_name(job.config, job.seed)}.yaml" for job in self._jobs()}
         self.out.mkdir(parents=True, exist_ok=True)
         there = [job for job, path in jobs.items() if self._is_there(job, path, inspector)]

@@ -1,16 +1,14 @@
 """`torc problems import`: scenes of GraspClutter6D as problems."""
 
 import shlex
-import sys
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
 from torc.cli.options import RobotOption
-from torc.cli.printing import print_json
+from torc.cli.printing import print_json, teller
 from torc.robots.names import DEFAULT_ROBOT
 
 if TYPE_CHECKING:
@@ -73,7 +71,7 @@ class ImportCommand:
         from torc.generation.graspclutter6d.making import ImportRequest, run_import
         from torc.generation.graspclutter6d.placing import ImportConfig
 
-        say = partial(print, file=sys.stderr if self.json else sys.stdout, flush=True)
+        say = teller(self.json)
         if self.paper:
             say(_PAPERS_OWN)
         request = ImportRequest(

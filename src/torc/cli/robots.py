@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import tyro
 
 from torc.cli.commands import Group
-from torc.cli.object_sheet import check_picture_name
+from torc.cli.options import check_picture_name
 from torc.cli.printing import print_json, printable
 
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ from typing import Annotated
 import tyro
 
 from torc.cli.options import VlmOptions
+from torc.cli.pages import PageOptions, check_web_libraries, served_page
 from torc.cli.printing import print_json
-from torc.cli.web_page import PageOptions, check_web_libraries, served_page
 from torc.episode.viewer_links import trial_key
 from torc.registry.settings import Settings
 from torc.specs.conditions import Conditions

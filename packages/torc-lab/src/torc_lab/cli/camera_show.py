@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from torc.cli.object_sheet import check_picture_name
-from torc.cli.web_page import PageOptions, check_web_libraries, served_app
+from torc.cli.options import check_picture_name
+from torc.cli.pages import PageOptions, check_web_libraries, served_app
 from torc_lab.cli.camera_options import CameraOptions, opened, snapshot
 
 if TYPE_CHECKING:

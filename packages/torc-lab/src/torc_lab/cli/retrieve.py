@@ -12,8 +12,8 @@ import tyro
 
 from torc import PlannerSpec, TrialSpec
 from torc.cli.options import VlmOptions, wanted_of
+from torc.cli.pages import PageOptions, check_web_libraries, served_page
 from torc.cli.printing import print_json
-from torc.cli.web_page import PageOptions, check_web_libraries, served_page
 from torc.episode.viewer_links import trial_key
 from torc.registry.settings import Settings
 

@@ -7,8 +7,8 @@ from typing import Annotated
 import tyro
 
 from torc.cli.options import wanted_of
+from torc.cli.pages import PageOptions
 from torc.cli.printing import printable
-from torc.cli.web_page import PageOptions
 from torc_lab.cli.screen import page_screen
 
 

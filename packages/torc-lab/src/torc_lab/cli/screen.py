@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from torc.cli.web_page import PageOptions, check_web_libraries, served_app
+from torc.cli.pages import PageOptions, check_web_libraries, served_app
 
 if TYPE_CHECKING:
     import numpy as np
