@@ -28,15 +28,12 @@ def matrix(workspace, turn):
     ("camera", "words"),
     [
         ({"position": [0.1, 0, 1.4], "look_at": [0.1, 0, 1.4]}, "look_at is the camera's position"),
-        ({"position": [0.1, 0, 1.4], "look_at": [0.1, 0, 1.4000001]}, "look_at is the camera's position"),
         ({"position": [0.1, 0, 1.4], "look_at": [-1.0, 0, 1.4]}, "sees 0% of the watched part"),
         ({"position": [0.1, 0, 1.4], "look_at": [0.2, 0, 3.0]}, "sees 0% of the watched part"),
         ({"position": [0.65, -0.1, 1.04], "look_at": [0.65, 0.3, 1.2]}, "inside 'table'"),
         ({"position": [0.24, -0.88, 0.9], "look_at": [0.6, 0, 1.1]}, "inside 'bin'"),
-        ({"position": [0.7, 0, 2.4], "look_at": [0.7, 0, 1.05]}, "straight up or down"),
+        ({"position": [0.7, 0, 2.4], "look_at": [0.7, 0, 1.05]}, "straight above or below"),
         ({"position": [0.1, 0, 0.5], "look_at": [0.6, 0, 1.1]}, "below the table's upper side"),
-        ({"position": [100.0, 0, 138.0], "look_at": [0.6, 0, 1.1]}, "Are these metres"),
-        ({"vertical_fov_deg": 1.4}, "Is it in radians\\? Then write 80.2"),
         ({"vertical_fov_deg": 0.7}, "vertical_fov_deg"),
     ],
 )
@@ -67,7 +64,6 @@ def test_places_where_nothing_can_be_are_refused(tmp_path):
     for part, value, words in (
         ("region", content["region"] | {"origin": [5.0, 5.0, 1.05]}, "no part of it lies over the table"),
         ("bin", content["bin"] | {"drop_position": [0.7, 0.0, 1.2]}, "not above the bin"),
-        ("room", {"center": [5, 5], "size": [0.3, 0.3], "height": 0.2}, "room: no part"),
     ):
         path.write_text(yaml.safe_dump(content | {part: value}), encoding="utf-8")
         with pytest.raises(InputError, match=words):

@@ -130,9 +130,8 @@ def _reach(robot: "RobotDescription", workspace: "Workspace") -> _Finding:
     import numpy as np
 
     from torc.robots.reach import reached
-    from torc.workspace.faults import watched_table
 
-    points = watched_table(workspace, _ACROSS) + np.array([0, 0, _ABOVE_TABLE_M])
+    points = workspace.watched_table(_ACROSS) + np.array([0, 0, _ABOVE_TABLE_M])
     share = float(np.mean(reached(robot, points)))
     text = f"{share:.0%} of the table, {100 * _ABOVE_TABLE_M:.0f} cm above it"
     if share >= _LITTLE:
