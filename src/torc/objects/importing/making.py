@@ -85,7 +85,7 @@ def make_object(request: Mapping[str, Any], directory: Path) -> list[str]:
 
 
 def _sound(surfaces: Sequence[Surface], path: Path, notes: list[str]) -> list[Surface]:
-    found = [good for surface in surfaces if len((good := sound(surface)).faces)]
+    found = [surface for surface in map(sound, surfaces) if len(surface.faces)]
     dropped = sum(len(s.faces) for s in surfaces) - sum(len(s.faces) for s in found)
     if not found:
         raise InputError(f"{path} holds no usable triangles: all {dropped} are not finite.")
@@ -98,9 +98,8 @@ def _check_size(surfaces: Sequence[Surface], path: Path, scale: float) -> None:
     extent = np.ptp(np.concatenate([s.vertices for s in surfaces]), axis=0)
     largest, thinnest = float(extent.max()), float(extent.min())
     if not 2 * MIN_SIZE_M <= largest <= MAX_SIZE_M:
-        fitting = [f for f in _UNITS if 0.02 <= f * largest <= 0.6]
         remedy = "Give the metres per unit of the file with --scale."
-        if fitting:
+        if fitting := [f for f in _UNITS if 0.02 <= f * largest <= 0.6]:
             remedy = f"With --scale {fitting[0] * scale:g} it would be {_length(fitting[0] * largest)}."
         raise InputError(
             f"{path} is {_length(largest)} large; possible are {_length(2 * MIN_SIZE_M)} to {MAX_SIZE_M:g} m. {remedy}"
@@ -201,14 +200,14 @@ def _assembled(
         held_out=True,  # the grasp model has never seen it
     )
     w, x, y, z = (float(v) for v in wxyz_from_rotation(R @ Y_UP if y_up else R))
-    file = "".join(c if c.isprintable() else "_" for c in path.name)
-    return model, ObjectSource(
-        file=file,
+    source = ObjectSource(
+        file="".join(c if c.isprintable() else "_" for c in path.name),
         sha256=file_fingerprint(path),
         scale=options.scale,
         position=_vec3(shift),
         wxyz=(w, x, y, z),
     )
+    return model, source
 
 
 def _mass_kg(path: Path, options: MeshOptions, pieces: Sequence[CollisionPiece]) -> float:
