@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import tyro
 
 from torc.cli.printing import print_json, printable, teller
-from torc.errors import InputError
+from torc.errors import InputError, PhysicsError
+from torc.objects.library import store_directories
 
 if TYPE_CHECKING:
     from torc.objects.importing import MeshOptions
@@ -54,9 +55,7 @@ class ImportCommand:
 
     def run(self) -> int:
         """Import the meshes and return the exit code."""
-        from torc.errors import PhysicsError
         from torc.objects.importing.storing import check_library
-        from torc.objects.library import store_directories
 
         meshes, left_out = self._meshes()
         say = teller(self.json)

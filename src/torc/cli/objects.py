@@ -12,11 +12,18 @@ from torc.cli.object_import import ImportCommand
 from torc.cli.options import JsonOption, check_picture_name
 from torc.cli.printing import print_json, tell
 from torc.errors import InputError, UnknownNameError
+from torc.objects.library import (
+    ObjectFacts,
+    find_stored,
+    graspable,
+    load_object,
+    object_facts,
+    object_names,
+)
 
 if TYPE_CHECKING:  # the command line answers before Pillow and MuJoCo are imported
     from PIL.Image import Image as Picture
 
-    from torc.objects.library import ObjectFacts
     from torc.objects.models import ObjectModel
 
 COLUMNS, ROWS = 5, 8
@@ -36,8 +43,6 @@ class ListCommand:
 
     def run(self) -> int:
         """Print a line per object."""
-        from torc.objects.library import graspable
-
         found = _known_objects()
         kinds = sorted({facts.kind for facts in found})
         if self.kind is not None and self.kind not in kinds:
@@ -77,7 +82,6 @@ class ShowCommand:
         if self.picture is not None:
             from PIL import Image
 
-            from torc.objects.library import load_object
             from torc.sim.portraits import portrait
 
             Image.fromarray(portrait(load_object(self.name), 640, 640)).save(self.picture)
@@ -114,8 +118,6 @@ class SheetCommand:
 
     def run(self) -> int:
         """Draw and save the pages."""
-        from torc.objects.library import load_object
-
         names = _chosen(self.names)
         check_picture_name(self.out, ".jpg", ".png")
         self.out.parent.mkdir(parents=True, exist_ok=True)
@@ -152,7 +154,6 @@ OBJECTS = Group(
 
 
 def _facts(name: str) -> dict[str, Any]:
-    from torc.objects.library import find_stored, graspable, load_object, object_facts
     from torc.objects.object_files import load_source
 
     model, own = load_object(name), not object_facts(name).builtin
@@ -173,10 +174,8 @@ def _facts(name: str) -> dict[str, Any]:
     return facts
 
 
-def _known_objects() -> list["ObjectFacts"]:
+def _known_objects() -> list[ObjectFacts]:
     """Return the facts of all objects, torc's own first. A damaged one is reported and stops nothing."""
-    from torc.objects.library import object_facts, object_names
-
     found = []
     for name in object_names():
         try:
@@ -188,8 +187,6 @@ def _known_objects() -> list["ObjectFacts"]:
 
 def _chosen(names: Sequence[str]) -> list[str]:
     """Return names of the objects and of those of the kinds named, without those that cannot be read."""
-    from torc.objects.library import object_names
-
     known = _known_objects()
     if not names:
         return [facts.name for facts in known]

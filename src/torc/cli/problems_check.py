@@ -1,8 +1,8 @@
 """`torc problems validate`, `gallery` and `solve`: check problems, draw them, and find the best order of picks."""
 
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import tyro
 
@@ -12,9 +12,6 @@ from torc.errors import InputError
 from torc.oracle.tree import DEFAULT_BUDGET
 from torc.robots.names import DEFAULT_ROBOT
 from torc.specs.conditions import DEFAULT_WORKSPACE, Conditions
-
-if TYPE_CHECKING:
-    from torc.generation.validation import ValidationReport
 
 
 @dataclass(frozen=True)
@@ -77,20 +74,17 @@ class ValidateCommand:
                 say(f"  => {'valid' if report.valid else 'NOT VALID'}\n")
         valid = sum(report.valid for report in reports.values())
         if self.json:
-            print_json([_facts(name, report) for name, report in reports.items()])
+            rows: list[dict[str, Any]] = []
+            for name, report in reports.items():
+                found = report.difficulty
+                difficulty = None if found is None else {"objects": found.objects, **found.facts()}
+                checks = [asdict(check) for check in report.checks]
+                facts = {"problem": name, "valid": report.valid}
+                rows.append({**facts, "checks": checks, "difficulty": difficulty})
+            print_json(rows)
         elif len(reports) > 1:
             print(f"{valid} of {len(reports)} are valid")
         return 0 if valid == len(reports) else 1
-
-
-def _facts(name: str, report: "ValidationReport") -> dict[str, Any]:
-    difficulty = report.difficulty
-    return {
-        "problem": name,
-        "valid": report.valid,
-        "checks": [{"name": c.name, "passed": c.passed, "text": c.text} for c in report.checks],
-        "difficulty": None if difficulty is None else {"objects": difficulty.objects, **difficulty.facts()},
-    }
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import tyro
 
 from torc.cli.commands import Group
-from torc.cli.options import check_picture_name
+from torc.cli.options import JsonOption, check_picture_name
 from torc.cli.printing import print_json, printable
+from torc.robots.names import DEFAULT_ROBOT, robot_names
 
 if TYPE_CHECKING:
     from torc.robots.description import RobotDescription
@@ -26,12 +27,11 @@ _ABOVE_TABLE_M = 0.05
 class ListCommand:
     """List the robots that come with torc."""
 
-    json: Annotated[bool, tyro.conf.arg(help="Print as JSON.")] = False
+    json: JsonOption = False
 
     def run(self) -> int:
         """Print a line per robot."""
         from torc.robots.loading import load_robot
-        from torc.robots.names import DEFAULT_ROBOT, robot_names
 
         robots = {name: load_robot(name) for name in robot_names()}
         rows = [
@@ -78,14 +78,16 @@ class CheckCommand:
 
         workspace = load_workspace(self.workspace)
         robot, faults = try_robot(robot_file(self.robot))
-        findings = [*_parts(robot, faults), _base(robot), _reach(robot, workspace)]
+        x, y, z = robot.arm.T_world_base[:3, 3]
+        base = f"at ({x:.2f}, {y:.2f}, {z:.2f}) m in the world, z = 0 on the floor"
+        findings = [*_parts(robot, faults), _Finding("ok", "base", base), _reach(robot, workspace)]
         if not faults["arm"]:
             findings.append(_servos(robot, compile_mjcf(robot.mjcf_path)))
         if self.json:
             print_json({"name": robot.name, "checks": [asdict(finding) for finding in findings]})
         else:
             for finding in findings:
-                print(printable(finding.line()))
+                print(printable(f"{finding.mark:<4}  {finding.name:<12}  {finding.detail}"))
         if self.picture is not None:
             write_png(self.picture, robot_portrait(robot, workspace))
         return 0 if all(finding.mark != "FAIL" for finding in findings) else 1
@@ -98,10 +100,6 @@ class _Finding:
     mark: Literal["ok", "note", "FAIL"]
     name: str
     detail: str
-
-    def line(self) -> str:
-        """Return the finding for people."""
-        return f"{self.mark:<4}  {self.name:<12}  {self.detail}"
 
 
 def _parts(robot: "RobotDescription", faults: Mapping[str, list[str]]) -> list[_Finding]:
@@ -119,11 +117,6 @@ def _parts(robot: "RobotDescription", faults: Mapping[str, list[str]]) -> list[_
         for name, found in faults.items()
         for fault in found or [""]
     ]
-
-
-def _base(robot: "RobotDescription") -> _Finding:
-    x, y, z = robot.arm.T_world_base[:3, 3]
-    return _Finding("ok", "base", f"at ({x:.2f}, {y:.2f}, {z:.2f}) m in the world, z = 0 on the floor")
 
 
 def _reach(robot: "RobotDescription", workspace: "Workspace") -> _Finding:

@@ -19,7 +19,7 @@ from typing import Any
 from torc.errors import InputError, TorcError, UnknownNameError
 from torc.io.digests import fingerprint
 from torc.registry.context import BuildContext, signature_of
-from torc.registry.kinds import FOLDERS, KINDS, Kind, declarable
+from torc.registry.kinds import FOLDERS, Kind, declarable
 from torc.registry.settings import arguments
 from torc.satellites import not_installed, satellite_of_part
 
@@ -170,11 +170,6 @@ def part_lines(kind: Kind[Any]) -> dict[str, str]:
     lines = {point.name: f"of the package {point.value.partition('.')[0]}" for point in points}
     lines |= {name: _first_line(path) for name, path in _found(kind, _all_folders()).items()}
     return dict(sorted(lines.items()))
-
-
-def kinds_of(name: str) -> list[Kind[Any]]:
-    """Return the kinds that have a part of that name."""
-    return [kind for kind in KINDS if name in part_paths(kind)]
 
 
 def registered(group: str) -> dict[str, Callable[[], Any]]:

@@ -104,7 +104,7 @@ class _CameraEntry(_Strict):
                 raise ValueError("T_world_camera must be a 4x4 rigid transform, without scale or mirror")
         elif self.position is not None and self.look_at is not None:
             view = np.subtract(self.look_at, self.position)
-            if np.linalg.norm(view[:2]) < max(_APART_M, 1e-6 * np.linalg.norm(view)):
+            if np.linalg.norm(view[:2]) < max(_APART_M, 1e-6 * float(np.linalg.norm(view))):
                 raise ValueError(
                     "look_at is the camera's position, or straight above or below it: give a point on the table to its "
                     "front, or T_world_camera, which also says how it is turned"
@@ -173,7 +173,7 @@ def _read(path: Path) -> Workspace:
         name=entry.name,
         # A file without a room reads as before rooms existed.
         source=fingerprint(entry.model_dump(exclude=set() if room else {"room"})),
-        room=room and Room(room.center, room.size, room.height, room.open_above),
+        room=None if room is None else Room(room.center, room.size, room.height, room.open_above),
     )
     if found := "".join(f"\n  {fault}" for fault in _faults(workspace)):
         raise InputError(f"{path} is not a valid workspace file:{found}\n{remedy}")
