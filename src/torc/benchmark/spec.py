@@ -11,9 +11,8 @@ from torc.io.digests import file_fingerprint, fingerprint
 from torc.objects.library import find_stored, object_facts
 from torc.problems.problem import Problem
 from torc.registry.settings import Settings
-from torc.specs.conditions import Conditions
+from torc.specs.conditions import Conditions, varied
 from torc.specs.trial import PlannerSpec, TrialSpec, settings_text
-from torc.specs.variants import varied
 from torc.vlm.config import DEFAULT_QUESTIONS, VlmConfig
 from torc.vlm.picture_config import PictureConfig
 from torc.vlm.simulated.profiles import find_profile

@@ -140,7 +140,7 @@ class BenchCommand:
         from torc.benchmark.spec import make_spec, shard_of
         from torc.problems.problem import robot_hint
         from torc.robots.loading import load_robot
-        from torc.specs.variants import variants
+        from torc.specs.conditions import variants
 
         problems, robot = find_problems(self.problems), load_robot(self.conditions.robot)
         hints = Counter(robot_hint(problem, robot.name, robot.source) for problem in problems.values())

@@ -13,7 +13,7 @@ from typing import Any, Protocol, cast, get_type_hints
 
 from torc.errors import InputError, UnknownNameError
 from torc.registry.settings import under
-from torc.specs.variants import plain_value
+from torc.specs.conditions import plain_value
 
 _HELP = ("-h", "--help")
 _SETTING = re.compile(r"--([a-z]+)\.([A-Za-z][\w.-]*)(?:=(.*))?", re.DOTALL)

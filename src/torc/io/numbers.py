@@ -19,9 +19,7 @@ def take_numbers(record: Any) -> None:
     """Make the numbers of a frozen dataclass plain, for its __post_init__.
 
     Fields of int take Python's and NumPy's whole numbers, fields of float any real number, fields of bool either bool.
-
-    Raises:
-        InputError: a field holds anything else, e.g. True in place of a number.
+    Raises InputError for anything else, e.g. True in place of a number.
     """
     for name, hint in typing.get_type_hints(type(record)).items():
         options = typing.get_args(hint) if isinstance(hint, types.UnionType) else (hint,)

@@ -1,12 +1,21 @@
-"""Pictures as bytes (PNG, JPEG). Those of more than 8 bits are scaled, where PIL would clip them to white."""
+"""Pictures as bytes (PNG, JPEG), and pictures and arrays of untrusted files, read within bounds.
+
+Pictures of more than 8 bits are scaled, where PIL would clip them to white.
+"""
 
 import base64
+import zipfile
 from pathlib import Path
 
 import cv2
 import numpy as np
 from jaxtyping import UInt8
 from PIL import Image
+
+from torc.errors import InputError
+
+MAX_PIXELS = 20_000_000
+MAX_ARRAY_BYTES = 512 * 2**20
 
 
 def write_png(path: Path, rgb: UInt8[np.ndarray, "h w 3"]) -> None:
@@ -62,3 +71,29 @@ def in_eight_bits(image: np.ndarray) -> np.ndarray:
     if brightest > top:
         return image
     return np.round(image * (255.0 / top)).astype(np.uint8)
+
+
+def read_pixels(path: Path) -> np.ndarray:
+    """Read a picture's pixels: rgb.png in colour, others unchanged. Raises InputError."""
+    try:
+        with Image.open(path) as opened:
+            if opened.width * opened.height > MAX_PIXELS:
+                raise ValueError(f"{opened.width}x{opened.height} pixels are too many")
+            if path.name != "rgb.png":
+                return np.array(opened)
+            return np.array(eight_bit_picture(opened).convert("RGB"))
+    except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
+        raise InputError(f"Cannot read the image {path}: {error}.") from error
+
+
+def read_arrays(path: Path) -> dict[str, np.ndarray]:
+    """Read all arrays of a .npz. Raises InputError."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            if max((member.file_size for member in archive.infolist()), default=0) > MAX_ARRAY_BYTES:
+                raise InputError(f"{path} holds an array larger than {MAX_ARRAY_BYTES // 2**20} MB unpacked.")
+        with np.load(path, allow_pickle=False) as data:
+            return dict(data)
+    except (OSError, zipfile.BadZipFile, EOFError, MemoryError, ValueError) as error:
+        hint = "Python objects are not read; store plain arrays" if "pickle" in str(error) else str(error)
+        raise InputError(f"Cannot read {path}: {hint}. Write it with numpy.savez_compressed.") from error

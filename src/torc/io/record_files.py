@@ -23,12 +23,9 @@ Record = TypeVar("Record")
 
 
 def save_record(record: Any, path: Path | str) -> None:
-    """Write a record atomically: to a temporary file beside `path`, then renamed.
+    """Write a record atomically: to a temporary file beside `path`, then renamed. Raises TypeError if not plain data.
 
     Arrays keep dtype and shape bit for bit; nested records, tuples, enums and None are kept.
-
-    Raises:
-        TypeError: a field is not plain data.
     """
     path = Path(path)
     arrays: dict[str, np.ndarray] = {}
@@ -56,15 +53,9 @@ def load_record(path: Path | str, cls: type[Record]) -> Record:
 
 
 def load_checked(path: Path, cls: type[Record], max_bytes: int, what: str) -> Record:
-    """Read a record of a file that may come from a stranger, as `load_record` does, with checks.
+    """As `load_record`, for a file that may come from a stranger; `what` names it in errors.
 
-    Its arrays must be finite and of the annotated types and shapes. They are not unpacked before their size is known.
-
-    Args:
-        path: the file.
-        cls: type of the record.
-        max_bytes: largest size unpacked.
-        what: names the content in errors.
+    Its arrays must be finite and of the annotated types and shapes, and at most `max_bytes` unpacked.
     """
     try:
         with zipfile.ZipFile(path) as archive:

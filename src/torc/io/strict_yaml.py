@@ -51,9 +51,8 @@ class _PlainLoader(FAST_LOADER):  # type: ignore[misc, valid-type]
 def _check_plain(text: str) -> None:
     """Refuse YAML that is not plain.
 
-    Raises:
-        YAMLError: an alias (a small file could expand to a huge one), or a tag (SafeLoader trusts `!!bool` blindly).
-        RecursionError: nesting beyond what people write (LibYAML would exhaust the stack).
+    Raises YAMLError for aliases (a small file could expand to a huge one) and tags (SafeLoader trusts `!!bool`
+    blindly), and RecursionError for nesting beyond what people write (LibYAML would exhaust the stack).
     """
     depth = 0
     for event in yaml.parse(text, Loader=_PlainLoader):
@@ -68,17 +67,10 @@ def _check_plain(text: str) -> None:
 
 
 def parse_plain_yaml(text: str, source: str, what: str, max_bytes: int, remedy: str) -> dict[Any, Any]:
-    """Return the mapping that a YAML text holds.
+    """Return the mapping that a YAML text holds, e.g. a "problem" (`what`).
 
-    Args:
-        text: the YAML.
-        source: names the file in errors.
-        what: the expected kind of file, e.g. "problem".
-        max_bytes: largest size of the text.
-        remedy: ends the message about unreadable YAML.
-
-    Raises:
-        InputError: too long, not YAML, aliases, tags, repeated keys, nested too deeply, or not a mapping.
+    `source` names the file in errors, `remedy` ends the message about unreadable YAML. Raises InputError if it is too
+    long, not YAML, nested too deeply or not a mapping, or has aliases, tags or repeated keys.
     """
     if len(text.encode()) > max_bytes:
         raise InputError(f"{source} is larger than {max_bytes} bytes: that is not a {what} file.")
@@ -97,17 +89,10 @@ def parse_plain_yaml(text: str, source: str, what: str, max_bytes: int, remedy: 
 def validated(
     model: type[_Model], content: Any, head: str, remedy: str = "", remedies: Mapping[str, str] | None = None
 ) -> _Model:
-    """Check plain data against a pydantic model or a dataclass with annotations for pydantic.
+    """Return plain data as a pydantic model, or as a dataclass with annotations for pydantic.
 
-    Args:
-        model: the class of the record.
-        content: the data.
-        head: begins the message, e.g. "my.yaml is not a valid problem file".
-        remedy: ends the message.
-        remedies: as for `explain_faults`.
-
-    Raises:
-        InputError: the message names each field, its fault and the remedy.
+    Raises InputError: after `head`, such as "my.yaml is not a valid problem file", a line for each field with its fault
+    and remedy (see `explain_faults`), and at the end `remedy`.
     """
     try:
         return _adapter(model).validate_python(content)

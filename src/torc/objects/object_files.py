@@ -7,7 +7,6 @@ texture_0.png    one per textured surface
 
 import io
 import tempfile
-import warnings
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -203,12 +202,10 @@ def _texture(path: Path) -> UInt8[np.ndarray, "h w 3"]:
     """Return a PNG's colours, dropping transparency. Raises InputError."""
     data = io.BytesIO(read_bytes(path, MAX_PNG_BYTES, "a texture"))
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error", Image.DecompressionBombWarning)
-            with Image.open(data, formats=("PNG",)) as image:
-                if max(image.size) > MAX_TEXTURE_PX:
-                    raise ValueError(f"its sides have at most {MAX_TEXTURE_PX} pixels, not {image.size}")
-                return np.array(image.convert("RGB"))
+        with Image.open(data, formats=("PNG",)) as image:
+            if max(image.size) > MAX_TEXTURE_PX:
+                raise ValueError(f"its sides have at most {MAX_TEXTURE_PX} pixels, not {image.size}")
+            return np.array(image.convert("RGB"))
     except Exception as error:  # Pillow raises anything for damaged files
         raise InputError(f"{path} is no readable picture (PNG): {error}. Save it anew as a PNG.") from None
 

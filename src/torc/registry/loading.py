@@ -35,18 +35,11 @@ def make_part(
     *,
     rough: bool = False,
 ) -> Any:
-    """Make the part of that name, or the class at "module:Class".
+    """Make the part of that name, or the class at "module:Class", with settings by their paths within the part.
 
-    Args:
-        kind: the kind of part.
-        name: its name.
-        settings: its settings, by their paths within the part.
-        context: other arguments it may receive, see `BuildContext`.
-        rough: depth has a sensor's errors; a part that has default settings for that is made with them.
-
-    Raises:
-        UnknownNameError: nobody registered that name, or the part has no such setting.
-        InputError: the class cannot be imported or made, or is not a part of this kind; the text says why.
+    If depth is `rough` (it has a sensor's errors), a part that has default settings for that is made with them. Raises
+    UnknownNameError if nobody registered that name, or the part has no such setting; and InputError if the class cannot
+    be imported or made, or is not a part of this kind.
     """
     factory = load_part(kind, name)
     return make_with(kind, name, arguments(factory, settings or {}, kind.option, rough), context)

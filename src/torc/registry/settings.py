@@ -31,16 +31,10 @@ def under(settings: Settings, stage: str) -> dict[str, Any]:
 
 
 def changed(config: Any, settings: Settings, stage: str) -> Any:
-    """Return a configuration (a frozen dataclass, possibly of nested ones) with these settings.
+    """Return a configuration (a frozen dataclass, possibly of nested ones) with these settings, by paths within it.
 
-    Args:
-        config: the configuration.
-        settings: values by their paths within it.
-        stage: stands before the paths in messages.
-
-    Raises:
-        UnknownNameError: a setting does not exist.
-        InputError: a value is of the wrong type, or refused by the configuration.
+    `stage` stands before the paths in messages. Raises UnknownNameError for a setting that does not exist, and
+    InputError for a value of the wrong type, or one that the configuration refuses.
     """
     for path, value in settings.items():
         config = _changed(config, path.split("."), value, f"{stage}.{path}")
@@ -48,19 +42,11 @@ def changed(config: Any, settings: Settings, stage: str) -> Any:
 
 
 def arguments(factory: Any, settings: Settings, stage: str, rough: bool = False) -> dict[str, Any]:
-    """Return the arguments that carry a part's settings.
+    """Return the arguments that carry a part's settings, given by their paths within the part.
 
     A part whose parameter `config` is annotated with a dataclass gets one with the settings; any other gets each
-    setting as an argument.
-
-    Args:
-        factory: the part's class, or a function that makes it.
-        settings: values by their paths within the part.
-        stage: stands before the paths in messages.
-        rough: start from the configuration for a sensor's depth, if there is one.
-
-    Raises:
-        UnknownNameError, InputError: as `changed`.
+    setting as an argument. With `rough` the configuration for a sensor's depth is changed, if there is one. Raises like
+    `changed`.
     """
     made_with = config_class(factory)
     if made_with is None:

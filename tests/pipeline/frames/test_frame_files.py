@@ -70,7 +70,7 @@ def test_no_frame_at_all(tmp_path: Path) -> None:
 def test_arrays_that_would_fill_the_memory_are_refused_unread(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("torc.io.bounded.MAX_ARRAY_BYTES", 1000)
+    monkeypatch.setattr("torc.io.pictures.MAX_ARRAY_BYTES", 1000)
     with pytest.raises(InputError, match="larger than"):
         load_frame(npz(tmp_path))
 
