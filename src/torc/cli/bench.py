@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from torc.cli.options import VlmOptions, planners_of, split_names
-from torc.cli.printing import print_json, tell
+from torc.cli.options import VlmOptions, planners_of
+from torc.cli.printing import print_json, split_names, tell
 from torc.errors import InputError
 from torc.specs.conditions import Conditions
 

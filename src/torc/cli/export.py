@@ -6,8 +6,7 @@ from typing import Annotated, Literal
 
 import tyro
 
-from torc.cli.options import split_names
-from torc.cli.printing import print_json, printable
+from torc.cli.printing import print_json, printable, split_names
 
 
 @dataclass(frozen=True)

@@ -30,11 +30,6 @@ WorkspaceOption = Annotated[
 JsonOption = Annotated[bool, tyro.conf.arg(help="Print as JSON.")]
 
 
-def split_names(text: str) -> tuple[str, ...]:
-    """Return the names in an option such as "a, b"."""
-    return tuple(name.strip() for name in text.split(",") if name.strip())
-
-
 def check_picture_name(path: Path, *endings: str) -> None:
     """Raise InputError unless a picture's name has one of the endings; .jpeg counts as .jpg."""
     if path.suffix.lower().replace(".jpeg", ".jpg") not in endings:

@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from torc.cli.options import split_names
-from torc.cli.printing import tell
+from torc.cli.printing import split_names, tell
 from torc.episode.viewer_links import VIEWER_PORT
 from torc.errors import MissingDependencyError, extra_remedy
 from torc.specs.conditions import Conditions

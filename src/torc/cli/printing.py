@@ -14,6 +14,11 @@ def printable(text: str) -> str:
     return "".join(c if c.isprintable() or c == "\n" else ascii(c)[1:-1] for c in text)
 
 
+def split_names(text: str) -> tuple[str, ...]:
+    """Return the names in an option such as "a, b"."""
+    return tuple(name.strip() for name in text.split(",") if name.strip())
+
+
 def print_json(data: Any) -> None:
     """Print plain data to stdout."""
     print(json.dumps(data, indent=2))

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
-from torc.cli.options import split_names
-from torc.cli.printing import print_json, tell, teller
+from torc.cli.printing import print_json, split_names, tell, teller
 from torc.errors import InputError
 from torc.robots.names import DEFAULT_ROBOT
 from torc.specs.conditions import DEFAULT_WORKSPACE

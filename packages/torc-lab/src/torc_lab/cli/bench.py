@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
-from torc.cli.options import VlmOptions, planners_of, split_names
+from torc.cli.options import VlmOptions, planners_of
 from torc.cli.pages import PageOptions
-from torc.cli.printing import printable, tell
+from torc.cli.printing import printable, split_names, tell
 from torc_lab.cli.screen import page_screen
 
 if TYPE_CHECKING:

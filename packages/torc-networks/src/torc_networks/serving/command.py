@@ -2,8 +2,6 @@
 
 from dataclasses import dataclass
 
-from torc.cli.options import split_names
-
 
 @dataclass(frozen=True)
 class ServeCommand:
