@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from torc.cli.printing import split_names
+
 
 @dataclass(frozen=True)
 class ServeCommand:
