@@ -110,7 +110,6 @@ class BenchCommand:
         return given | {"conditions": replace(conditions, settings={})}, [*settings, *arguments[1:]]
 
     def run(self) -> int:
-        """Play, and return the exit code."""
         from torc.benchmark.store import Store
 
         if self.repeats < 1 or self.workers < 0 or (self.limit is not None and self.limit < 1):

@@ -1,10 +1,8 @@
 """`torc decide`: the brain alone, for a frame from anywhere."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import tyro
 
@@ -12,10 +10,6 @@ from torc.cli.options import VlmOptions, wanted_of
 from torc.cli.printing import print_json, tell
 from torc.errors import InputError
 from torc.specs.conditions import PipelineSpec
-
-if TYPE_CHECKING:
-    from torc.perception.protocol import Wanted
-    from torc.pipeline.frames import Frame
 
 NO_CHOICE = 3
 """Exit code of a decision without an object."""
@@ -75,7 +69,6 @@ class DecideCommand:
     vlm: VlmOptions = field(default_factory=VlmOptions)
 
     def run(self) -> int:
-        """Print the decision; the exit code is 3 if there is nothing to pick."""
         from torc.brain import FrameDecider, answer_text, load_frame
         from torc.io.results import write_json
         from torc.pipeline.planners import (
@@ -92,8 +85,16 @@ class DecideCommand:
         refuse_simulated(self.planner)
         frame = load_frame(self.frame)
         model = self.vlm.config()
-        wanted = self._wanted(frame)
         masked = frame.observation.label_image is not None
+        if masked and (self.mark or self.reference) and self.stages.perception == "labels":
+            raise InputError(
+                "--mark and --reference are for frames without masks; in one with masks `target` says which is the "
+                "target. Leave the options out, or the labels, or add --perception embedded."
+            )
+        if self.mark and self.reference:
+            raise InputError("--mark and --reference both say which object is the target: give one of them.")
+        description = self.description or frame.target_description
+        wanted = wanted_of(description, self.reference, self.mark, self.target_size, optional=True)
         # With a planner that asks no model, the model of a frame without masks looks for the target.
         looks = model if not (masked or wanted.mark or wanted.pictures) else None
         finder = None if looks is None else open_client(looks, self.vlm.cache())
@@ -121,19 +122,3 @@ class DecideCommand:
         else:
             print(answer_text(answer))
         return 0 if answer.decision.object_id is not None else NO_CHOICE
-
-    def _wanted(self, frame: Frame) -> Wanted:
-        """Return the target from the options and the frame. Raises InputError."""
-        if (
-            (self.mark or self.reference)
-            and frame.observation.label_image is not None
-            and self.stages.perception == "labels"
-        ):
-            raise InputError(
-                "--mark and --reference are for frames without masks; in one with masks `target` says which is the "
-                "target. Leave the options out, or the labels, or add --perception embedded."
-            )
-        if self.mark and self.reference:
-            raise InputError("--mark and --reference both say which object is the target: give one of them.")
-        description = self.description or frame.target_description
-        return wanted_of(description, self.reference, self.mark, self.target_size, optional=True)

@@ -55,7 +55,6 @@ class DoctorCommand:
     json: Annotated[bool, tyro.conf.arg(help="Print the findings as JSON.")] = False
 
     def run(self) -> int:
-        """Print the findings and return the exit code."""
         checks = []
         for check in _checks():
             checks.append(check)

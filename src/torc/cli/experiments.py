@@ -21,8 +21,6 @@ class _Planner(BaseModel, extra="forbid"):
 
 
 class _Experiment(BaseModel, extra="forbid"):
-    """The whole file."""
-
     problems: str | list[str] = []
     planners: list[str | _Planner] = []
     repeats: int = Field(default=0, ge=1)

@@ -54,13 +54,15 @@ class ImportCommand:
     json: Annotated[bool, tyro.conf.arg(help="Print what was imported and refused as JSON.")] = False
 
     def run(self) -> int:
-        """Import the meshes and return the exit code."""
-        from torc.objects.importing.storing import check_library
+        from torc.objects.importing.storing import check_library, kept_names
 
         meshes, left_out = self._meshes()
         say = teller(self.json)
         check_library(self.library)  # a mesh may take minutes
-        kept = self._kept(meshes)
+        # Of those in directories, what was imported before.
+        inside = {path: str(options.name) for path, options in meshes if options.root and not self.overwrite}
+        kept = kept_names(inside, self.scale, self.library)
+        kept = {path: name for path, name in kept.items() if self.name in (None, name)}
         rows: list[dict[str, Any]] = []
         files: dict[str, Path] = {}
         for i, (path, options) in enumerate(meshes):
@@ -134,14 +136,6 @@ class ImportCommand:
         if len(meshes) > 1 and single:
             raise InputError(f"--{single[0]} is for one mesh; here are {len(meshes)}.")
         return meshes, left_out
-
-    def _kept(self, meshes: list[tuple[Path, "MeshOptions"]]) -> dict[Path, str]:
-        """Return the meshes in directories that were imported before, with the names of the objects."""
-        from torc.objects.importing.storing import kept_names
-
-        inside = {path: str(options.name) for path, options in meshes if options.root and not self.overwrite}
-        kept = kept_names(inside, self.scale, self.library)
-        return {path: name for path, name in kept.items() if self.name in (None, name)}
 
     def _import_one(self, path: Path, options: "MeshOptions", start: str) -> dict[str, Any]:
         from torc.objects.importing import read_mesh

@@ -42,7 +42,6 @@ class ListCommand:
     json: JsonOption = False
 
     def run(self) -> int:
-        """Print a line per object."""
         found = _known_objects()
         kinds = sorted({facts.kind for facts in found})
         if self.kind is not None and self.kind not in kinds:
@@ -75,7 +74,6 @@ class ShowCommand:
     json: JsonOption = False
 
     def run(self) -> int:
-        """Print the facts."""
         if self.picture is not None:
             check_picture_name(self.picture, ".png")
         facts = _facts(self.name)
@@ -117,7 +115,6 @@ class SheetCommand:
     """A .jpg or .png; several pages become NAME-1, NAME-2 ..."""
 
     def run(self) -> int:
-        """Draw and save the pages."""
         names = _chosen(self.names)
         check_picture_name(self.out, ".jpg", ".png")
         self.out.parent.mkdir(parents=True, exist_ok=True)

@@ -89,7 +89,6 @@ class ViewCommand:
     page: PageOptions = field(default_factory=PageOptions)
 
     def run(self) -> int:
-        """Serve until Ctrl-C."""
         check_web_libraries()
         from torc.web.app import Site
         from torc.web.shelf import open_shelf
@@ -134,7 +133,6 @@ class HumanCommand:
     conditions: Conditions = field(default_factory=Conditions)
 
     def run(self) -> int:
-        """Play until everything is complete, then keep the page until Ctrl-C."""
         check_web_libraries()
         from torc.pipeline.building import build_system
         from torc.problems.problem import load_problem

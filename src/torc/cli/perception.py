@@ -40,7 +40,6 @@ class EvaluateCommand:
     stages: PipelineSpec = field(default_factory=lambda: PipelineSpec(perception="embedded"))
 
     def run(self) -> int:
-        """Print the table."""
         from torc.brain.judging import judge
         from torc.errors import InputError
         from torc.perception.scoring import MaskScore, mean_score
@@ -72,7 +71,6 @@ class EvaluateCommand:
         return 0
 
     def _write(self, judged: list[tuple[AnnotatedPicture, Judged]]) -> None:
-        """Write scores.csv and worst.png."""
         import csv
 
         from torc.drawing.mask_comparison import mask_comparison

@@ -23,7 +23,6 @@ class ListCommand:
     json: JsonOption = False
 
     def run(self) -> int:
-        """Print each selection with a line per problem."""
         selections = (self.set,) if self.set else problem_sets()
         groups = {text: [problem_summary(name) for name in select_problems(text)] for text in selections}
         if self.json:
@@ -45,7 +44,6 @@ class ShowCommand:
     json: JsonOption = False
 
     def run(self) -> int:
-        """Print the problem."""
         from torc.io.record_files import to_plain
         from torc.problems.problem import load_problem, robot_option, robot_wanted
 

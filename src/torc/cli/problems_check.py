@@ -44,7 +44,6 @@ class ValidateCommand:
     json: JsonOption = False
 
     def run(self) -> int:
-        """Check, print, and return the exit code."""
         from torc.generation.generator import inspector_for
         from torc.generation.validation import Check, ValidationReport, oracle_check, validate_problem
         from torc.pipeline.warm_up import announced_compilation
@@ -118,7 +117,6 @@ class GalleryCommand:
     json: Annotated[bool, tyro.conf.arg(help="Print what the cards say as JSON.")] = False
 
     def run(self) -> int:
-        """Draw the cards and write the pages."""
         from torc.generation.gallery import HTML, MARKDOWN, make_gallery
         from torc.generation.generator import inspector_for
         from torc.generation.inspection import Inspector
@@ -170,7 +168,6 @@ class SolveCommand:
     json: Annotated[bool, tyro.conf.arg(help="Print the answer as JSON; progress goes to stderr.")] = False
 
     def run(self) -> int:
-        """Print the answer."""
         from torc.oracle.solve import solve_problem
         from torc.pipeline.building import build_system
         from torc.pipeline.warm_up import announced_compilation

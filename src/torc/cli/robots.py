@@ -30,7 +30,6 @@ class ListCommand:
     json: JsonOption = False
 
     def run(self) -> int:
-        """Print a line per robot."""
         from torc.robots.loading import load_robot
 
         robots = {name: load_robot(name) for name in robot_names()}
@@ -67,7 +66,6 @@ class CheckCommand:
     json: Annotated[bool, tyro.conf.arg(help="Print the findings as JSON.")] = False
 
     def run(self) -> int:
-        """Print the findings and return the exit code."""
         if self.picture is not None:
             check_picture_name(self.picture, ".png")
         from torc.io.pictures import write_png

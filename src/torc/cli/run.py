@@ -50,7 +50,6 @@ class RunCommand:
     vlm: VlmOptions = field(default_factory=VlmOptions)
 
     def run(self) -> int:
-        """Run the trial and return the exit code."""
         planner = PlannerSpec(self.planner, self.vlm.config(), self.planner_settings)
         spec = TrialSpec(self.problem, planner, self.seed, self.conditions)
         out = self.out or Path("runs") / spec.default_name

@@ -29,7 +29,6 @@ class SettingsCommand:
     """Stages, names of parts, or your own as module:Class or path/to/file.py:Class; all stages if none is given."""
 
     def run(self) -> int:
-        """Print the settings."""
         for name in self.parts or (*STAGES, *CONFIGURED):
             for line in _lines(name):
                 print(line)

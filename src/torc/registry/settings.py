@@ -76,7 +76,6 @@ def settings_of(factory: Any) -> list[tuple[str, Any]]:
 
 
 def _of_fields(config: Any, prefix: str) -> list[tuple[str, Any]]:
-    """Return the settings of a dataclass, or of an instance of one."""
     found: list[tuple[str, Any]] = []
     for field in fields(config):
         value = REQUIRED

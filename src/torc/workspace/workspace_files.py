@@ -133,8 +133,6 @@ class _RoomEntry(_Strict):
 
 
 class _WorkspaceFile(_Strict):
-    """The whole file."""
-
     format: Literal["torc-workspace/1"]
     name: Annotated[str, Field(pattern=r"^\w[\w .+-]{0,63}$")]
     table: _BoxEntry

@@ -144,7 +144,6 @@ def _visuals(
 
 
 def _back(visual: VisualMesh) -> VisualMesh:
-    """Return the other side of a surface."""
     assert visual.normals is not None
     return replace(visual, faces=visual.faces[:, ::-1], normals=-visual.normals)
 
