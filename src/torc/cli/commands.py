@@ -53,9 +53,8 @@ class Group:
         width = max(map(len, self.commands))
         lines = [f"  {name:<{width}}   {line}" for name, (line, _) in self.commands.items()]
         more = f"`{prog} COMMAND --help` tells more of each.\n\n{self.more}"
-        return "\n".join(
-            [f"usage: {prog} COMMAND ...\n", filled(self.about), *lines, "", filled(more).rstrip()]
-        )
+        head = [f"usage: {prog} COMMAND ...\n", filled(self.about)]
+        return "\n".join([*head, *lines, "", filled(more).rstrip()])
 
 
 Entry = tuple[str, type[Any] | Group | str]

@@ -107,9 +107,8 @@ class DecideCommand:
             )
         spec = PlannerSpec(self.planner, model if asks else None)
         planner = make_spec_planner(spec, self.vlm.cache(), None)
-        decider = FrameDecider(
-            frame, planner, robot=None if self.robot == "none" else self.robot, stages=self.stages
-        )
+        robot = None if self.robot == "none" else self.robot
+        decider = FrameDecider(frame, planner, robot=robot, stages=self.stages)
         with announced_compilation(tell):
             decider.rehearse()
         answer = decider.decide(seed=self.seed, wanted=wanted, finder=finder)

@@ -1,10 +1,9 @@
-"""Pictures as bytes (PNG, JPEG), and pictures and arrays of untrusted files, read within bounds.
+"""Pictures as bytes (PNG, JPEG), and pictures of untrusted files, read within bounds.
 
 Pictures of more than 8 bits are scaled, where PIL would clip them to white.
 """
 
 import base64
-import zipfile
 from pathlib import Path
 
 import cv2
@@ -15,7 +14,6 @@ from PIL import Image
 from torc.errors import InputError
 
 MAX_PIXELS = 20_000_000
-MAX_ARRAY_BYTES = 512 * 2**20
 
 
 def write_png(path: Path, rgb: UInt8[np.ndarray, "h w 3"]) -> None:
@@ -29,11 +27,9 @@ def png_bytes(rgb: UInt8[np.ndarray, "h w 3"]) -> bytes:
     return encoded.tobytes()
 
 
-def jpeg_bytes(rgb: UInt8[np.ndarray, "h w 3"], quality: int = 92) -> bytes:
+def jpeg_bytes(rgb: UInt8[np.ndarray, "h w 3"]) -> bytes:
     """Return a picture as a JPEG file, about a quarter of the PNG's size."""
-    _, encoded = cv2.imencode(
-        ".jpg", cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, quality]
-    )
+    _, encoded = cv2.imencode(".jpg", cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, 92])
     return encoded.tobytes()
 
 
@@ -84,16 +80,3 @@ def read_pixels(path: Path) -> np.ndarray:
             return np.array(eight_bit_picture(opened).convert("RGB"))
     except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
         raise InputError(f"Cannot read the image {path}: {error}.") from error
-
-
-def read_arrays(path: Path) -> dict[str, np.ndarray]:
-    """Read all arrays of a .npz. Raises InputError."""
-    try:
-        with zipfile.ZipFile(path) as archive:
-            if max((member.file_size for member in archive.infolist()), default=0) > MAX_ARRAY_BYTES:
-                raise InputError(f"{path} holds an array larger than {MAX_ARRAY_BYTES // 2**20} MB unpacked.")
-        with np.load(path, allow_pickle=False) as data:
-            return dict(data)
-    except (OSError, zipfile.BadZipFile, EOFError, MemoryError, ValueError) as error:
-        hint = "Python objects are not read; store plain arrays" if "pickle" in str(error) else str(error)
-        raise InputError(f"Cannot read {path}: {hint}. Write it with numpy.savez_compressed.") from error

@@ -104,11 +104,9 @@ def _directory(name: str) -> Path:
 
 def store_directories() -> tuple[Path, ...]:
     """Return the directories of the user's objects, in search order; they need not exist."""
-    given = [
-        Path(p).expanduser() for p in os.environ.get(ENVIRONMENT_VARIABLE, "").split(os.pathsep) if p.strip()
-    ]
-    if given:
-        return tuple(given)
+    given = os.environ.get(ENVIRONMENT_VARIABLE, "").split(os.pathsep)
+    if directories := tuple(Path(p).expanduser() for p in given if p.strip()):
+        return directories
     data = os.environ.get("XDG_DATA_HOME", "")
     # The specification says to ignore relative paths.
     home = Path(data) if os.path.isabs(data) else Path("~/.local/share").expanduser()
@@ -132,10 +130,8 @@ def find_stored(name: str) -> Path | None:
 def load_stored(directory: Path) -> ObjectModel:
     """Load the object in a directory of a store; read once while its files are unchanged. Raises InputError."""
     files = [directory / name for name in ("object.yaml", "geometry.npz")]
-    # A missing one is reported where it is read.
-    stamps = tuple(
-        (s.st_ino, s.st_mtime_ns, s.st_size) for s in (file.stat() for file in files if file.exists())
-    )
+    stats = [file.stat() for file in files if file.exists()]  # a missing one is reported where it is read
+    stamps = tuple((s.st_ino, s.st_mtime_ns, s.st_size) for s in stats)
     return _load(directory.absolute(), stamps)
 
 

@@ -20,7 +20,7 @@ from torc.errors import InputError, TorcError, UnknownNameError
 from torc.io.digests import fingerprint
 from torc.registry.context import BuildContext, signature_of
 from torc.registry.kinds import FOLDERS, Kind, declarable
-from torc.registry.settings import arguments
+from torc.registry.settings import Settings, arguments
 from torc.satellites import not_installed, satellite_of_part
 
 PART = "PART"
@@ -30,7 +30,7 @@ PART = "PART"
 def make_part(
     kind: Kind[Any],
     name: str,
-    settings: Mapping[str, Any] | None = None,
+    settings: Settings | None = None,
     context: BuildContext | None = None,
     *,
     rough: bool = False,
@@ -45,9 +45,7 @@ def make_part(
     return make_with(kind, name, arguments(factory, settings or {}, kind.option, rough), context)
 
 
-def make_with(
-    kind: Kind[Any], name: str, options: Mapping[str, Any], context: BuildContext | None = None
-) -> Any:
+def make_with(kind: Kind[Any], name: str, options: Settings, context: BuildContext | None = None) -> Any:
     """Make the part of that name with these arguments and those that it takes of `context`. Raises like `make_part`."""
     factory, what = load_part(kind, name), f"{kind.title} '{name}'"
     given = (context or BuildContext()).given_to(factory) | dict(options)

@@ -124,15 +124,14 @@ def _visuals(
     count = sum(len(s.faces) for s in surfaces)
     if contact.turned:
         surfaces = [replace(s, faces=s.faces[:, ::-1]) for s in surfaces]
-    painted = [
-        s for s in surfaces if s.texture is not None or s.colors is not None or s.rgba != surfaces[0].rgba
-    ]
+    rgba = surfaces[0].rgba
+    painted = any(s.texture is not None or s.colors is not None or s.rgba != rgba for s in surfaces)
     if count <= allowed and len(surfaces) <= MAX_VISUALS // 2 and all(s.colors is None for s in surfaces):
         visuals = [shaded(s) for s in surfaces]
     else:
         net = simplified(whole, allowed)
         faces = net.faces[:, ::-1] if contact.turned else net.faces
-        fewer = with_area(Surface(np.array(net.vertices), np.array(faces), rgba=surfaces[0].rgba))
+        fewer = with_area(Surface(np.array(net.vertices), np.array(faces), rgba=rgba))
         if count > len(fewer.faces):
             notes.append(f"To look at, {count} triangles were simplified to {len(fewer.faces)}.")
         if painted:

@@ -120,9 +120,8 @@ def _placed(surface: Surface, T: Float[np.ndarray, "3 4"]) -> Surface:
     """Move the surface by an affine transform; if that mirrors it, flip its triangles."""
     with np.errstate(invalid="ignore", over="ignore"):  # vertices that are not finite are left out
         vertices = surface.vertices @ T[:, :3].T + T[:, 3]
-    return replace(
-        surface, vertices=vertices, faces=surface.faces[:, :: -1 if np.linalg.det(T[:, :3]) < 0 else 1]
-    )
+    turn = -1 if np.linalg.det(T[:, :3]) < 0 else 1
+    return replace(surface, vertices=vertices, faces=surface.faces[:, ::turn])
 
 
 def _plain(mesh: trimesh.Trimesh) -> Surface:

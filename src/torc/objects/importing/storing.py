@@ -76,9 +76,8 @@ def add_object(
     the name is taken (and not `overwrite`), or the directory cannot be written.
     """
     directory = check_name(imported.model.name, library, overwrite)
-    model = replace(
-        imported.model, description=unique_description(imported.model.description, imported.model.name)
-    )
+    model = imported.model
+    model = replace(model, description=unique_description(model.description, model.name))
     source = imported.source.model_copy(update={"note": note})
     save_object(model, directory, source, overwrite)
     return replace(imported, model=model, source=source)
