@@ -115,6 +115,8 @@ class SheetCommand:
     """A .jpg or .png; several pages become NAME-1, NAME-2 ..."""
 
     def run(self) -> int:
+        from PIL import Image
+
         names = _chosen(self.names)
         check_picture_name(self.out, ".jpg", ".png")
         self.out.parent.mkdir(parents=True, exist_ok=True)
@@ -129,7 +131,11 @@ class SheetCommand:
         sheets = [cells[i : i + COLUMNS * ROWS] for i in range(0, len(cells), COLUMNS * ROWS)]
         for number, sheet in enumerate(sheets, start=1):
             path = self.out if len(sheets) == 1 else self.out.with_stem(f"{self.out.stem}-{number}")
-            _page(sheet).save(path, quality=82, optimize=True)
+            width, height = sheet[0].size
+            page = Image.new("RGB", (COLUMNS * width, -(-len(sheet) // COLUMNS) * height), _PAPER)
+            for k, cell in enumerate(sheet):
+                page.paste(cell, (k % COLUMNS * width, k // COLUMNS * height))
+            page.save(path, quality=82, optimize=True)
             print(f"{path}  (page {number} of {len(sheets)})", flush=True)
         return 0
 
@@ -211,13 +217,3 @@ def _cell(model: "ObjectModel") -> "Picture":
         draw.text((8, y), text, color, ImageFont.load_default(fitting))
         y += size + 5
     return cell
-
-
-def _page(cells: Sequence["Picture"]) -> "Picture":
-    from PIL import Image
-
-    width, height = cells[0].size
-    page = Image.new("RGB", (COLUMNS * width, -(-len(cells) // COLUMNS) * height), _PAPER)
-    for k, cell in enumerate(cells):
-        page.paste(cell, (k % COLUMNS * width, k // COLUMNS * height))
-    return page

@@ -23,13 +23,13 @@ from torc.errors import InputError, UnknownNameError
 from torc.geometry.transforms import Pose, make_pose, rotation_from_wxyz
 from torc.io.reading import read_text
 from torc.io.strict_yaml import parse_plain_yaml, validated
+from torc.objects.schema import Name
 from torc.problems.schema import (
     OBJECTS,
     REMEDIES,
     STRICT,
     Category,
     Model,
-    Name,
     Origin,
     Position,
     Rotation,

@@ -10,6 +10,7 @@ from pydantic import AfterValidator, ConfigDict, Field
 from torc.io.strict_yaml import Number, printable
 from torc.objects.library import has_object, object_names
 from torc.objects.models import Quat, Vec3
+from torc.objects.schema import Name
 from torc.records.camera import MAX_OBJECTS
 from torc.workspace.workspace_files import load_workspace
 
@@ -77,7 +78,6 @@ def _distinct(objects: tuple[Any, ...]) -> tuple[Any, ...]:
     return objects
 
 
-Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.\-]{0,63}$")]
 Text = Annotated[str, Field(max_length=2000), AfterValidator(printable)]
 Model = Annotated[Name, AfterValidator(_known)]
 Position = Annotated[tuple[Number, Number, Number], AfterValidator(_over_the_table)]

@@ -96,18 +96,13 @@ def _sound(surfaces: Sequence[Surface], path: Path, notes: list[str]) -> list[Su
 
 def _check_size(surfaces: Sequence[Surface], path: Path, scale: float) -> None:
     extent = np.ptp(np.concatenate([s.vertices for s in surfaces]), axis=0)
-    largest, thinnest = float(extent.max()), float(extent.min())
+    largest = float(extent.max())
     if not 2 * MIN_SIZE_M <= largest <= MAX_SIZE_M:
         remedy = "Give the metres per unit of the file with --scale."
         if fitting := [f for f in _UNITS if 0.02 <= f * largest <= 0.6]:
             remedy = f"With --scale {fitting[0] * scale:g} it would be {_length(fitting[0] * largest)}."
         raise InputError(
             f"{path} is {_length(largest)} large; possible are {_length(2 * MIN_SIZE_M)} to {MAX_SIZE_M:g} m. {remedy}"
-        )
-    if thinnest < MIN_SIZE_M:
-        raise InputError(
-            f"{path} is {_length(thinnest)} thin; things thinner than {_length(MIN_SIZE_M)} slip through contacts. "
-            "Give it a thickness first."
         )
 
 
@@ -183,7 +178,10 @@ def _assembled(
     pieces = tuple(CollisionPiece("mesh", vertices=h + shift) for h in turned)
     size_m = _vec3(upper - lower)
     if min(size_m) < MIN_SIZE_M:
-        raise InputError(f"{path} is thinner than {_length(MIN_SIZE_M)}: it would slip through contacts.")
+        raise InputError(
+            f"{path} is {_length(min(size_m))} thin; things thinner than {_length(MIN_SIZE_M)} slip through contacts. "
+            "Give it a thickness first."
+        )
     name = options.name_for(path)
     model = ObjectModel(
         name=name,
