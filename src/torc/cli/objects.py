@@ -12,14 +12,7 @@ from torc.cli.object_import import ImportCommand
 from torc.cli.options import JsonOption, check_picture_name
 from torc.cli.printing import print_json, tell
 from torc.errors import InputError, UnknownNameError
-from torc.objects.library import (
-    ObjectFacts,
-    find_stored,
-    graspable,
-    load_object,
-    object_facts,
-    object_names,
-)
+from torc.objects.library import ObjectFacts, find_stored, graspable, load_object, object_facts, object_names
 
 if TYPE_CHECKING:  # the command line answers before Pillow and MuJoCo are imported
     from PIL.Image import Image as Picture

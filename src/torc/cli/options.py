@@ -24,8 +24,7 @@ RobotOption = Annotated[
     ),
 ]
 WorkspaceOption = Annotated[
-    str,
-    tyro.conf.arg(help="Table, bin and camera: paper, or a workspace file of your own (docs/robots.md)."),
+    str, tyro.conf.arg(help="Table, bin and camera: paper, or a workspace file of your own (docs/robots.md).")
 ]
 JsonOption = Annotated[bool, tyro.conf.arg(help="Print as JSON.")]
 
