@@ -57,9 +57,8 @@ class ImportCommand:
     """Where the problem files go."""
     overwrite: bool = False
     """Make again and replace problem files that are there."""
-    json: Annotated[bool, tyro.conf.arg(help="Print what was made, and what was not and why, as JSON.")] = (
-        False
-    )
+    json: bool = False
+    """Print what was made, and what was not and why, as JSON."""
 
     def run(self) -> int:
         from torc.generation.generator import inspector_for

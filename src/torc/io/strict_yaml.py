@@ -8,7 +8,6 @@ from typing import Annotated, Any, TypeVar
 
 import yaml
 from pydantic import BeforeValidator, TypeAdapter, ValidationError
-from pydantic_core import PydanticCustomError
 
 from torc.errors import InputError
 from torc.io.reading import read_text
@@ -125,7 +124,7 @@ def printable(text: str) -> str:
 
 def _no_boolean(value: Any) -> Any:
     if isinstance(value, bool):
-        raise PydanticCustomError("boolean_number", "must be a number, not true or false")
+        raise ValueError("must be a number, not true or false")
     return value
 
 

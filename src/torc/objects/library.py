@@ -162,18 +162,13 @@ class GraspFact:
 
 
 @cache
-def all_grasp_facts() -> Mapping[str, GraspFact]:
-    """Return the grasp facts of the library's models, by name."""
-    return read_facts(FACTS_PATH)
-
-
-def read_facts(path: Path) -> Mapping[str, GraspFact]:
-    """Read facts from a file."""
+def read_facts(path: Path = FACTS_PATH) -> Mapping[str, GraspFact]:
+    """Return the grasp facts in a file by model: by default those of the library."""
     content = json.loads(read_text(path))
     return {name: GraspFact(**fact) for name, fact in content["models"].items()}
 
 
 def graspable(name: str) -> bool | None:
     """Return whether a model can be grasped as it stands, with nothing around it; None if never measured."""
-    fact = all_grasp_facts().get(name)
+    fact = read_facts().get(name)
     return None if fact is None else fact.standing > 0.0

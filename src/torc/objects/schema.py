@@ -3,7 +3,7 @@
 import math
 from typing import Annotated, Literal, Self
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, Field, model_validator
 
 from torc.geometry.transforms import Pose, make_pose, rotation_from_wxyz
 from torc.io.strict_yaml import Number, printable
@@ -25,7 +25,6 @@ MIN_SIZE_M, MAX_SIZE_M = 0.003, 1.0
 MIN_MASS_KG, MAX_MASS_KG = 0.001, 30.0
 MIN_FRICTION, MAX_FRICTION = 0.05, 3.0
 
-_STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
 _PIECE_SIZES = {"box": 3, "cylinder": 2, "sphere": 1, "capsule": 2, "ellipsoid": 3, "mesh": 0}
 _Length = Annotated[Number, Field(gt=0.0, le=MAX_SIZE_M)]
 _Coordinate = Annotated[Number, Field(ge=-1e6, le=1e6)]
@@ -56,8 +55,7 @@ _Note = Annotated[str, Field(max_length=2000), AfterValidator(_line)]
 _Unit = Annotated[tuple[Number, Number, Number, Number], AfterValidator(_unit)]
 
 
-class PieceEntry(BaseModel):
-    model_config = _STRICT
+class PieceEntry(BaseModel, extra="forbid", allow_inf_nan=False):
     kind: PieceKind
     size: Annotated[tuple[_Length, ...], Field(max_length=3)] = ()
     position: tuple[_Coordinate, _Coordinate, _Coordinate] = (0.0, 0.0, 0.0)
@@ -72,8 +70,7 @@ class PieceEntry(BaseModel):
         return self
 
 
-class VisualEntry(BaseModel):
-    model_config = _STRICT
+class VisualEntry(BaseModel, extra="forbid", allow_inf_nan=False):
     rgba: tuple[_Color, _Color, _Color, _Color] = (1.0, 1.0, 1.0, 1.0)
     texture: Annotated[str, Field(pattern=r"^texture_[0-9]{1,2}\.png$")] | None = None
     uv: bool = False
@@ -86,14 +83,13 @@ class VisualEntry(BaseModel):
         return self
 
 
-class ObjectSource(BaseModel):
+class ObjectSource(BaseModel, extra="forbid", allow_inf_nan=False, frozen=True):
     """Where an imported object comes from.
 
     A mesh file (empty if there is none), its hash, and a note for people, e.g. a licence. A point p of it is R(wxyz)
     (scale * p) + position in the model frame.
     """
 
-    model_config = ConfigDict(extra="forbid", allow_inf_nan=False, frozen=True)
     file: Annotated[str, Field(max_length=255), AfterValidator(_line)] = ""
     sha256: Annotated[str, Field(pattern=r"^([0-9a-f]{64})?$")] = ""
     note: _Note = ""
@@ -107,8 +103,7 @@ class ObjectSource(BaseModel):
         return make_pose(rotation_from_wxyz(self.wxyz), self.position)
 
 
-class ObjectFile(BaseModel):
-    model_config = _STRICT
+class ObjectFile(BaseModel, extra="forbid", allow_inf_nan=False):
     format: Literal["torc-object/1"]
     name: Name
     kind: Name
