@@ -9,13 +9,15 @@ objects:
   model: mug_red                # see `torc objects list`
   position: [0.72, -0.10, 1.0975]   # of the model's origin, world frame, metres
   wxyz: [1.0, 0.0, 0.0, 0.0]
+
+The annotations of the records say what each field may hold; a file is checked by them.
 """
 
 import os
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Literal
 
 import yaml
 
@@ -25,11 +27,11 @@ from torc.io.reading import read_text
 from torc.io.strict_yaml import parse_plain_yaml, validated
 from torc.objects.schema import Name
 from torc.problems.schema import (
-    OBJECTS,
     REMEDIES,
     STRICT,
     Category,
     Model,
+    Objects,
     Origin,
     Position,
     Rotation,
@@ -94,7 +96,7 @@ class Problem:
     category: Category
     description: Text
     target: Name
-    objects: Annotated[tuple[ObjectPlacement, ...], *OBJECTS]
+    objects: Objects[ObjectPlacement]
     notes: Text = ""
     origin: Origin = field(default_factory=dict)
     target_model: Model | Literal[""] = ""

@@ -2,7 +2,7 @@
 
 import difflib
 import math
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, TypeVar
 
 import numpy as np
 from pydantic import AfterValidator, ConfigDict, Field
@@ -18,6 +18,7 @@ Category = Literal["structured", "unstructured"]
 Scalar = str | int | float | bool
 STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
 _MAX_NUMBER, _MAX_ORIGIN = 2**63, 100
+_Object = TypeVar("_Object")
 REMEDIES = {
     "too_long": f"holds too many entries; at most {MAX_OBJECTS} objects, 3 numbers a position, 4 a rotation, "
     f"{_MAX_ORIGIN} facts of origin"
@@ -84,4 +85,6 @@ Position = Annotated[tuple[Number, Number, Number], AfterValidator(_over_the_tab
 Rotation = Annotated[tuple[Number, Number, Number, Number], AfterValidator(_unit)]
 Origin = Annotated[dict[Text, Scalar], Field(max_length=_MAX_ORIGIN), AfterValidator(_small)]
 WorkspaceName = Annotated[str, Field(pattern=r"^(\w[\w .+-]{0,63})?$")]
-OBJECTS = (Field(min_length=1, max_length=MAX_OBJECTS), AfterValidator(_distinct))
+Objects = Annotated[
+    tuple[_Object, ...], Field(min_length=1, max_length=MAX_OBJECTS), AfterValidator(_distinct)
+]
