@@ -29,9 +29,8 @@ from torc.pipeline.building import build_system
 from torc.pipeline.planners import is_reference, make_spec_planner
 from torc.problems.problem import load_problem
 from torc.problems.sets import select_problems
-from torc.specs.conditions import Conditions
+from torc.specs.conditions import Conditions, plain_value
 from torc.specs.trial import PlannerSpec
-from torc.specs.variants import plain_value
 from torc.task_planning.protocol import TaskPlanner
 
 

@@ -53,41 +53,32 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _HOMES = {
-    "Answer": "torc.brain",
-    "Conditions": "torc.specs.conditions",
-    "Decision": "torc.records",
-    "DependencyGraph": "torc.records",
-    "Episode": "torc.verbs",
-    "Evidence": "torc.records",
-    "Grasp": "torc.brain",
-    "GraspStatus": "torc.records",
-    "InputError": "torc.errors",
-    "Observation": "torc.records",
-    "PickOutcome": "torc.records",
-    "PickResult": "torc.records",
-    "PlannerSpec": "torc.specs.trial",
-    "PlanningContext": "torc.records",
-    "Problem": "torc.problems.problem",
-    "Table": "torc.benchmark.rows",
-    "TorcError": "torc.errors",
-    "Trial": "torc.episode.trial",
-    "TrialSpec": "torc.specs.trial",
-    "VlmConfig": "torc.vlm.config",
-    "Wanted": "torc.perception.protocol",
-    "bench": "torc.verbs",
-    "build_dependency_graph": "torc.task_planning.graph_building",
-    "decide_frame": "torc.brain",
-    "load_frame": "torc.brain",
-    "load_problem": "torc.problems.problem",
-    "load_robot": "torc.robots.loading",
-    "load_workspace": "torc.workspace.workspace_files",
-    "make_planner": "torc.pipeline.planners",
-    "play": "torc.verbs",
-    "problem_names": "torc.problems.sets",
-    "read_trial": "torc.episode.recorded",
-    "run_trial": "torc.episode.trial",
-    "save_frame": "torc.pipeline.frames",
+    name: module
+    for module, names in {
+        "torc.benchmark.rows": "Table",
+        "torc.brain": "Answer Grasp decide_frame load_frame",
+        "torc.episode.recorded": "read_trial",
+        "torc.episode.trial": "Trial run_trial",
+        "torc.errors": "InputError TorcError",
+        "torc.perception.protocol": "Wanted",
+        "torc.pipeline.frames": "save_frame",
+        "torc.pipeline.planners": "make_planner",
+        "torc.problems.problem": "Problem load_problem",
+        "torc.problems.sets": "problem_names",
+        "torc.records": (
+            "Decision DependencyGraph Evidence GraspStatus Observation PickOutcome PickResult PlanningContext"
+        ),
+        "torc.robots.loading": "load_robot",
+        "torc.specs.conditions": "Conditions",
+        "torc.specs.trial": "PlannerSpec TrialSpec",
+        "torc.task_planning.graph_building": "build_dependency_graph",
+        "torc.verbs": "Episode bench play",
+        "torc.vlm.config": "VlmConfig",
+        "torc.workspace.workspace_files": "load_workspace",
+    }.items()
+    for name in names.split()
 }
+"""The module of each name."""
 __all__ = sorted(_HOMES)
 
 

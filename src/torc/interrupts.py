@@ -19,22 +19,18 @@ def ended_like_ctrl_c() -> Iterator[None]:
     Ctrl-C does so even if a parent process ignores it, as under nohup or in the background of a script. An ignored
     SIGHUP stays ignored: nohup asks for that. Does nothing outside the main thread.
     """
-    before = _set(lambda name, was: not (name == "SIGHUP" and was is signal.SIG_IGN), _interrupt)
-    try:
+    with _handled(lambda name, was: not (name == "SIGHUP" and was is signal.SIG_IGN), _interrupt):
         yield
-    finally:
-        _restore(before)
 
 
 @contextmanager
 def interrupts_held() -> Iterator[None]:
     """Hold these signals back during the block, which must be short; the first of them is delivered at its end."""
     waiting: list[int] = []
-    before = _set(lambda name, was: callable(was), lambda number, frame: waiting.append(number))
     try:
-        yield
+        with _handled(lambda name, was: callable(was), lambda number, frame: waiting.append(number)):
+            yield
     finally:
-        _restore(before)
         if waiting:
             signal.raise_signal(waiting[0])
 
@@ -48,19 +44,17 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
     raise KeyboardInterrupt
 
 
-def _set(wanted: Any, handler: Any) -> dict[int, Any]:
-    """Set a handler for the signals for which `wanted(name, handler now)` is true; return the old handlers."""
+@contextmanager
+def _handled(wanted: Any, handler: Any) -> Iterator[None]:
+    """Handle those signals during the block for which `wanted(name, handler now)` is true."""
     before: dict[int, Any] = {}
-    if threading.current_thread() is not threading.main_thread():
-        return before
-    for name in _NAMES:
+    for name in _NAMES if threading.current_thread() is threading.main_thread() else ():
         number = getattr(signal, name, None)  # Windows has no SIGHUP
         was = None if number is None else signal.getsignal(number)
         if number is not None and was is not None and wanted(name, was):  # None: not set by Python code
             before[number] = signal.signal(number, handler)
-    return before
-
-
-def _restore(before: dict[int, Any]) -> None:
-    for number, handler in before.items():
-        signal.signal(number, handler)
+    try:
+        yield
+    finally:
+        for number, was in before.items():
+            signal.signal(number, was)

@@ -26,11 +26,6 @@ class Satellite:
     commands: tuple[str, ...]
     parts: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
-    @property
-    def module(self) -> str:
-        """Its top module."""
-        return self.package.replace("-", "_")
-
 
 SATELLITES = (
     Satellite(

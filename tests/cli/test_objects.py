@@ -10,8 +10,7 @@ import trimesh
 from PIL import Image
 
 from tests.helpers.torc_command import run_torc
-from torc.cli import object_sheet
-from torc.cli.object_sheet import SheetCommand
+from torc.cli import objects
 from torc.objects.library import builtin_object_names, load_object
 
 _torc = partial(run_torc, "objects")
@@ -90,11 +89,11 @@ def test_a_damaged_object_does_not_stop_the_list(object_store, capsys):
 
 def test_a_sheet_of_a_kind_and_an_object(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "new" / "sheet.png"
-    assert SheetCommand(("die", "mug_red", "die_red"), path).run() == 0
+    assert objects.SheetCommand(("die", "mug_red", "die_red"), path).run() == 0
     assert str(path) in capsys.readouterr().out
     with Image.open(path) as page:
-        width, height = object_sheet.CELL
-        assert page.size == (object_sheet.COLUMNS * width, height + object_sheet.CAPTION)
-        middles = [page.getpixel((k * width + width // 2, height // 2)) for k in range(object_sheet.COLUMNS)]
+        width, height = objects.CELL
+        assert page.size == (objects.COLUMNS * width, height + objects.CAPTION)
+        middles = [page.getpixel((k * width + width // 2, height // 2)) for k in range(objects.COLUMNS)]
         paper = (252, 252, 250)
         assert [m == paper for m in middles] == [False] * 4 + [True]  # three dice and a mug

@@ -109,7 +109,7 @@ def test_a_live_run_shows_each_pick_as_it_comes(tmp_path, monkeypatch, capsys):
     def interrupted():
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("torc.cli.web_page.tell", said.append)
+    monkeypatch.setattr("torc.cli.pages.tell", said.append)
     monkeypatch.setattr("torc.cli.run.threading", SimpleNamespace(Event=interrupted))
     monkeypatch.setattr("torc.cli.run.RunCommand._play", play)
     assert run_torc("run", "--live", "--out", tmp_path / "mine", capsys=capsys)[0] == 0

@@ -83,7 +83,7 @@ def test_what_is_no_such_record_is_refused(tmp_path):
         load_record(path, PickOutcome)
     for content in (b"", b"not a zip", b"PK\x03\x04 broken"):
         path.write_bytes(content)
-        with pytest.raises(InputError, match="not a readable record"):
+        with pytest.raises(InputError, match="not a readable"):
             load_record(path, PickOutcome)
     with pytest.raises(TypeError, match="plain data"):
         save_record(PickOutcome(PickResult.MISSED, object()), path)

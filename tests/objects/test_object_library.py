@@ -13,7 +13,6 @@ from torc.errors import InputError, UnknownNameError
 from torc.objects.library import (
     SHIPPED_OBJECTS,
     GraspFact,
-    all_grasp_facts,
     builtin_object_names,
     find_stored,
     has_object,
@@ -96,7 +95,7 @@ def test_triangles_face_outwards_and_normals_agree(name: str) -> None:
 
 def test_every_model_was_measured_as_it_is_now() -> None:
     """If this fails, a model has changed: python -m tools.grasp_model graspable"""
-    facts = all_grasp_facts()
+    facts = read_facts()
     assert tuple(facts) == NAMES
     stale = [name for name in NAMES if facts[name].digest != model_digest(load_object(name))]
     assert stale == []

@@ -30,8 +30,8 @@ from torc.problems.problem import Problem, save_problem
 from torc.registry.kinds import STAGES
 from torc.robots.loading import load_robot
 from torc.robots.names import robot_names
+from torc.specs.conditions import varied
 from torc.specs.spec_files import to_plain
-from torc.specs.variants import varied
 from torc.vlm.cache import CacheMode
 from torc.workspace.workspace_files import workspace_names
 

@@ -21,9 +21,8 @@ from torc.registry.context import parameters
 from torc.registry.kinds import TASK_PLANNERS
 from torc.registry.loading import blamed, is_shipped, part_paths
 from torc.registry.settings import Settings
-from torc.specs.conditions import Conditions
+from torc.specs.conditions import Conditions, varied
 from torc.specs.trial import PlannerSpec, TrialSpec, settings_text
-from torc.specs.variants import varied
 from torc.vlm.cache import CacheConfig
 from torc.vlm.config import DEFAULT_QUESTIONS, VlmConfig
 from torc.vlm.picture_config import PictureConfig

@@ -14,15 +14,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from torc.cli.planner_options import planners_of
+from torc.cli.options import VlmOptions, planners_of
 from torc.cli.printing import print_json, split_names, tell
-from torc.cli.vlm_options import VlmOptions
 from torc.errors import InputError
 from torc.specs.conditions import Conditions
 
 if TYPE_CHECKING:
     from torc.benchmark.local_pool import Backend
-    from torc.benchmark.spec import BenchPlanner, BenchSpec, PlannedTrial
+    from torc.benchmark.spec import BenchSpec, PlannedTrial
     from torc.benchmark.store import Store
     from torc.episode.log import TrialResult
     from torc.problems.problem import Problem
@@ -111,10 +110,16 @@ class BenchCommand:
         return given | {"conditions": replace(conditions, settings={})}, [*settings, *arguments[1:]]
 
     def run(self) -> int:
-        """Play, and return the exit code."""
         from torc.benchmark.store import Store
 
-        self._check()
+        if self.repeats < 1 or self.workers < 0 or (self.limit is not None and self.limit < 1):
+            raise InputError("--repeats and --limit must be at least 1, and --workers at least 0.")
+        if self.timeout <= 0 or self.memory < 0 or self.first_seed < 0:
+            raise InputError("--timeout must be above 0, --memory and --first-seed at least 0.")
+        if self.ray is not None:
+            from torc.benchmark.ray_pool import load_ray
+
+            load_ray()  # now rather than after the planners were checked
         store = Store(self.out)
         store.check()
         spec, problems = self._plan()  # before the directory is made: wrong arguments leave nothing
@@ -127,39 +132,26 @@ class BenchCommand:
         with store.locked():
             return self._play(store, spec, problems)
 
-    def _check(self) -> None:
-        if self.repeats < 1 or self.workers < 0 or (self.limit is not None and self.limit < 1):
-            raise InputError("--repeats and --limit must be at least 1, and --workers at least 0.")
-        if self.timeout <= 0 or self.memory < 0 or self.first_seed < 0:
-            raise InputError("--timeout must be above 0, --memory and --first-seed at least 0.")
-        if self.ray is not None:
-            from torc.benchmark.ray_pool import load_ray
-
-            load_ray()  # now rather than after the planners were checked
-
     def _plan(self) -> tuple[BenchSpec, dict[str, Problem]]:
         """Return the trials that the options describe, and the problems by name."""
         import torc
         from torc.benchmark.spec import find_around, find_problems, make_spec, shard_of, under_variants
         from torc.problems.problem import robot_hint
         from torc.robots.loading import load_robot
-        from torc.specs.variants import variants
+        from torc.specs.conditions import variants
 
         problems, robot = find_problems(self.problems), load_robot(self.conditions.robot)
         hints = Counter(robot_hint(problem, robot.name, robot.source) for problem in problems.values())
         for hint in filter(None, hints):
             tell(f"{hints[hint]} of {len(problems)} problem(s): {hint}")
         around = find_around(self.conditions)
-        planners = under_variants(self._planners(), self.conditions, variants(self.sweep))
+        of_file = self.own_planners if self.planners == type(self).planners else ()
+        planners = planners_of(of_file or [(name, {}) for name in split_names(self.planners)], self.vlm)
+        planners = under_variants(planners, self.conditions, variants(self.sweep))
         seeds = range(self.first_seed, self.first_seed + self.repeats)
         spec = make_spec(tuple(problems), planners, seeds, around, torc.__version__)
         shard = spec if self.shard is None else shard_of(spec, self.shard)
         return shard, {problem.name: problem for problem in problems.values()}
-
-    def _planners(self) -> list[BenchPlanner]:
-        """Return the planners of --planners, or of an experiment file."""
-        of_file = self.own_planners if self.planners == type(self).planners else ()
-        return planners_of(of_file or [(name, {}) for name in split_names(self.planners)], self.vlm)
 
     def _play(self, store: Store, spec: BenchSpec, problems: dict[str, Problem]) -> int:
         from torc.benchmark.playing import run_missing, shown
@@ -171,9 +163,8 @@ class BenchCommand:
         left = len(store.left(spec))
         todo = left if self.limit is None else min(left, self.limit)
         shard = f"Shard {self.shard}: " if self.shard else ""
-        tell(
-            f"{shard}{len(spec.trials)} trials, {len(spec.trials) - left} complete already, {todo} to play now."
-        )
+        done = f"{len(spec.trials) - left} complete already"
+        tell(f"{shard}{len(spec.trials)} trials, {done}, {todo} to play now.")
         played_with = [call["versions"] for call in calls(store.root)[-1:]]
         if changed := differing(map(versions_text, [*played_with, versions()])):
             tell(f"The trials in {store.root} were played with other versions: {', '.join(changed)}.")
@@ -188,9 +179,8 @@ class BenchCommand:
                 show(trial, result)
 
             try:
-                run_missing(
-                    store, spec, backend, limit=self.limit, vlm_cache=self.vlm.cache(), listener=listen
-                )
+                cache = self.vlm.cache()
+                run_missing(store, spec, backend, limit=self.limit, vlm_cache=cache, listener=listen)
             except KeyboardInterrupt:
                 tell("Stopped. The same command goes on from here.")
                 raise
@@ -229,11 +219,9 @@ class BenchCommand:
         tell(", ".join(f"{what}: {n}" for what, n in facts.items()))
         if missing:
             among = ", errored ones among them" if errored else ""
+            plays = f"the missing ones{among}."
             if self.limit is not None and self.limit < missing:
-                tell(
-                    f"The same command plays {self.limit} more{among}; without --limit, it plays all {missing}."
-                )
-            else:
-                tell(f"The same command plays the missing ones{among}.")
+                plays = f"{self.limit} more{among}; without --limit, it plays all {missing}."
+            tell(f"The same command plays {plays}")
         if missing < len(spec.trials):
             tell(f"torc report {shlex.quote(str(store.root))}")

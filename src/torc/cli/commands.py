@@ -13,7 +13,7 @@ from typing import Any, Protocol, cast, get_type_hints
 
 from torc.errors import InputError, UnknownNameError
 from torc.registry.settings import under
-from torc.specs.variants import plain_value
+from torc.specs.conditions import plain_value
 
 _HELP = ("-h", "--help")
 _SETTING = re.compile(r"--([a-z]+)\.([A-Za-z][\w.-]*)(?:=(.*))?", re.DOTALL)
@@ -53,9 +53,8 @@ class Group:
         width = max(map(len, self.commands))
         lines = [f"  {name:<{width}}   {line}" for name, (line, _) in self.commands.items()]
         more = f"`{prog} COMMAND --help` tells more of each.\n\n{self.more}"
-        return "\n".join(
-            [f"usage: {prog} COMMAND ...\n", filled(self.about), *lines, "", filled(more).rstrip()]
-        )
+        head = [f"usage: {prog} COMMAND ...\n", filled(self.about)]
+        return "\n".join([*head, *lines, "", filled(more).rstrip()])
 
 
 Entry = tuple[str, type[Any] | Group | str]
@@ -145,9 +144,6 @@ def filled(text: str) -> str:
 
 def _split_settings(arguments: Sequence[str]) -> tuple[list[str], dict[str, Any]]:
     """Return the other arguments, and the settings by dotted path. Raises InputError for one without a value."""
-    if not any(a.startswith("--") and "." in a for a in arguments):
-        return list(arguments), {}
-
     rest, settings = [], {}
     waiting = iter(arguments)
     for argument in waiting:
@@ -165,9 +161,6 @@ def _split_settings(arguments: Sequence[str]) -> tuple[list[str], dict[str, Any]
 
 def _with_settings(command: Any, settings: Mapping[str, Any]) -> Any:
     """Return a command with these settings in its conditions. Raises InputError for settings that it does not take."""
-    if not settings:
-        return command
-
     if of_planner := under(settings, "planner"):
         if not hasattr(command, "planner_settings"):
             raise InputError(

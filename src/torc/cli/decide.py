@@ -1,21 +1,15 @@
 """`torc decide`: the brain alone, for a frame from anywhere."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import tyro
 
+from torc.cli.options import VlmOptions, wanted_of
 from torc.cli.printing import print_json, tell
-from torc.cli.vlm_options import VlmOptions
-from torc.cli.wanted import mark_of
+from torc.errors import InputError
 from torc.specs.conditions import PipelineSpec
-
-if TYPE_CHECKING:
-    from torc.perception.protocol import Wanted
-    from torc.pipeline.frames import Frame
 
 NO_CHOICE = 3
 """Exit code of a decision without an object."""
@@ -75,9 +69,7 @@ class DecideCommand:
     vlm: VlmOptions = field(default_factory=VlmOptions)
 
     def run(self) -> int:
-        """Print the decision; the exit code is 3 if there is nothing to pick."""
         from torc.brain import FrameDecider, answer_text, load_frame
-        from torc.errors import InputError
         from torc.io.results import write_json
         from torc.pipeline.planners import (
             asking_planners,
@@ -93,12 +85,20 @@ class DecideCommand:
         refuse_simulated(self.planner)
         frame = load_frame(self.frame)
         model = self.vlm.config()
-        wanted = self._wanted(frame)
         masked = frame.label_image is not None
+        if masked and (self.mark or self.reference) and self.stages.perception == "labels":
+            raise InputError(
+                "--mark and --reference are for frames without masks; in one with masks `target` says which is the "
+                "target. Leave the options out, or the labels, or add --perception embedded."
+            )
+        if self.mark and self.reference:
+            raise InputError("--mark and --reference both say which object is the target: give one of them.")
+        description = self.description or frame.target_description
+        wanted = wanted_of(description, self.reference, self.mark, self.target_size, optional=True)
         # With a planner that asks no model, the model of a frame without masks looks for the target.
-        looks_for_target = model is not None and not masked and not (wanted.mark or wanted.pictures)
-        finder = open_client(model, self.vlm.cache()) if model is not None and looks_for_target else None
-        asks = asks_model(load_planner(self.planner)) or not looks_for_target
+        looks = model if not (masked or wanted.mark or wanted.pictures) else None
+        finder = None if looks is None else open_client(looks, self.vlm.cache())
+        asks = asks_model(load_planner(self.planner)) or looks is None
         if model is not None and model.words and not asks:
             raise InputError(
                 "The model only looks for the target here, which it does by pictures and a prompt of torc's own: leave "
@@ -121,20 +121,3 @@ class DecideCommand:
         else:
             print(answer_text(answer))
         return 0 if answer.decision.object_id is not None else NO_CHOICE
-
-    def _wanted(self, frame: Frame) -> Wanted:
-        """Return the target from the options and the frame. Raises InputError."""
-        from torc.errors import InputError
-        from torc.perception.protocol import Wanted
-        from torc.perception.target import load_pictures
-
-        told = self.mark or self.reference
-        if told and frame.label_image is not None and self.stages.perception == "labels":
-            raise InputError(
-                "--mark and --reference are for frames without masks; in one with masks `target` says which is the "
-                "target. Leave the options out, or the labels, or add --perception embedded."
-            )
-        if self.mark and self.reference:
-            raise InputError("--mark and --reference both say which object is the target: give one of them.")
-        description = self.description or frame.target_description
-        return Wanted(description, load_pictures(self.reference), mark_of(self.mark), self.target_size)

@@ -55,7 +55,6 @@ class DoctorCommand:
     json: Annotated[bool, tyro.conf.arg(help="Print the findings as JSON.")] = False
 
     def run(self) -> int:
-        """Print the findings and return the exit code."""
         checks = []
         for check in _checks():
             checks.append(check)
@@ -72,10 +71,8 @@ class DoctorCommand:
 def _checks() -> Iterator[Check]:
     """Yield all findings, each as it is found, since some take seconds."""
     yield Check("torc", True, f"{torc.__version__}, in {Path(torc.__file__).parent}")
-    good = (3, 11) <= sys.version_info < (3, 14)
-    yield Check(
-        "Python", good, platform.python_version(), "Install Python 3.11, 3.12 or 3.13.", required=True
-    )
+    good, remedy = (3, 11) <= sys.version_info < (3, 14), "Install Python 3.11, 3.12 or 3.13."
+    yield Check("Python", good, platform.python_version(), remedy, required=True)
     for module in ("numpy", "numba", "mujoco", "cv2", "av", "onnxruntime"):
         try:
             importlib.import_module(module)  # an installed one may still lack a system library
@@ -99,11 +96,6 @@ def _checks() -> Iterator[Check]:
     for extra, (module, use) in _EXTRAS.items():
         yield Check(f"extra '{extra}'", find_spec(module) is not None, f"for {use}", extra_remedy(extra))
     yield from _two_mujocos()
-    if _foreign_pyzed():
-        detail = "the installed package pyzed is not the ZED SDK's: another project has that name on PyPI"
-        yield Check(
-            "pyzed", False, detail, "pip uninstall pyzed; docs/cameras.md tells how to get the right one"
-        )
     free_gb = shutil.disk_usage(".").free / 1e9
     yield Check("disk", free_gb > 1, f"{free_gb:.0f} GB free here", "Free some space.")
 
@@ -130,19 +122,7 @@ def _set_for_gl() -> str:
 
 def _two_mujocos() -> Iterator[Check]:
     """Yield a note if both packages that own the folder mujoco/ are installed."""
-    if _installed("mujoco") and _installed("mujoco-core"):
+    if all(any(metadata.distributions(name=package)) for package in ("mujoco", "mujoco-core")):
         detail = "mujoco and mujoco-core are both installed, and each overwrites files of the other"
         remedy = "pip uninstall mujoco mujoco-core; pip install mujoco-core"
         yield Check("mujoco", False, detail, remedy)
-
-
-def _installed(package: str) -> bool:
-    return bool(list(metadata.distributions(name=package)))
-
-
-def _foreign_pyzed() -> bool:
-    """True if there is a package pyzed without the SDK's module in it."""
-    try:
-        return find_spec("pyzed") is not None and find_spec("pyzed.sl") is None
-    except ModuleNotFoundError:  # pyzed is not a package, but one file
-        return True

@@ -8,8 +8,7 @@ from typing import Any
 from pydantic import BaseModel, Field
 
 from torc.errors import InputError
-from torc.io.reading import read_text
-from torc.io.strict_yaml import parse_yaml_as
+from torc.io.strict_yaml import read_yaml_as
 from torc.specs.conditions import Conditions
 
 _MAX_BYTES = 100_000
@@ -22,8 +21,6 @@ class _Planner(BaseModel, extra="forbid"):
 
 
 class _Experiment(BaseModel, extra="forbid"):
-    """The whole file."""
-
     problems: str | list[str] = []
     planners: list[str | _Planner] = []
     repeats: int = Field(default=0, ge=1)
@@ -34,13 +31,12 @@ class _Experiment(BaseModel, extra="forbid"):
 
 def read_experiment(path: Path) -> dict[str, Any]:
     """Return a file's content as fields of the command. Raises InputError naming file and field."""
-    text = read_text(path, "replace")
-    found = parse_yaml_as(_Experiment, text, str(path), "experiment", _MAX_BYTES, _REMEDY)
+    found = read_yaml_as(_Experiment, path, "experiment", _MAX_BYTES, _REMEDY)
     known = {f.name for f in fields(Conditions)}
     if unknown := sorted(found.conditions.keys() - known):
         raise InputError(f"{path}: conditions.{unknown[0]} is none; there are {', '.join(sorted(known))}.")
     named = [_Planner(name=p) if isinstance(p, str) else p for p in found.planners]
-    told = {
+    given = {
         "problems": found.problems if isinstance(found.problems, str) else ",".join(found.problems),
         "own_planners": tuple((p.name, p.settings) for p in named),
         "repeats": found.repeats,
@@ -50,4 +46,4 @@ def read_experiment(path: Path) -> dict[str, Any]:
             for name, values in found.sweep.items()
         ),
     }
-    return {k: v for k, v in told.items() if v} | {"conditions": Conditions(**found.conditions)}
+    return {k: v for k, v in given.items() if v} | {"conditions": Conditions(**found.conditions)}

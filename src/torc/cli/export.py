@@ -52,7 +52,6 @@ class ExportCommand:
     json: Annotated[bool, tyro.conf.arg(help="Print export.json instead of text.")] = False
 
     def run(self) -> int:
-        """Export; the exit code is 2 if there is nothing to export."""
         from torc.exports.exporting import ExportSpec, export_trials
 
         spec = ExportSpec(self.format, self.every, self.test_share, split_names(self.planner))

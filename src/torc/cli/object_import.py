@@ -1,22 +1,18 @@
 """`torc objects import`: mesh files to user-defined objects."""
 
 import os
-import sys
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
-from torc.cli.printing import print_json, printable
-from torc.errors import InputError
+from torc.cli.printing import print_json, printable, teller
+from torc.errors import InputError, PhysicsError
+from torc.objects.library import store_directories
 
 if TYPE_CHECKING:
     from torc.objects.importing import MeshOptions
-
-    # A file, the path that names it, and how it becomes an object.
-    _Mesh = tuple[Path, Path, MeshOptions]
 
 
 @dataclass(frozen=True)
@@ -58,41 +54,40 @@ class ImportCommand:
     json: Annotated[bool, tyro.conf.arg(help="Print what was imported and refused as JSON.")] = False
 
     def run(self) -> int:
-        """Import the meshes and return the exit code."""
-        from torc.errors import PhysicsError
-        from torc.objects.importing.storing import check_library
-        from torc.objects.library import store_directories
+        from torc.objects.importing.storing import check_library, kept_names
 
         meshes, left_out = self._meshes()
+        say = teller(self.json)
         check_library(self.library)  # a mesh may take minutes
-        kept = self._kept(meshes)
+        # Of those in directories, what was imported before.
+        inside = {path: str(options.name) for path, options in meshes if options.root and not self.overwrite}
+        kept = kept_names(inside, self.scale, self.library)
+        kept = {path: name for path, name in kept.items() if self.name in (None, name)}
         rows: list[dict[str, Any]] = []
         files: dict[str, Path] = {}
-        for i, (path, named, options) in enumerate(meshes):
+        for i, (path, options) in enumerate(meshes):
             start = f"[{i + 1}/{len(meshes)}] {path.name}"
+            name = kept.get(path) or str(options.name)
             try:
-                called = options.name_for(named)
-                stored = kept.get(path) or called
-                if stored in files:
+                if name in files:
                     raise InputError(
-                        f"'{stored}' is {files[stored]} in this call. Import it with another --name."
+                        f"'{name}' is {files[name]} in this call. Import it with another --name."
                     )
                 if path in kept:
-                    rows.append({"file": str(path), "there": stored})
-                    anew = "" if stored == called else f", as {called}"
-                    self._say(f"{start}: {stored} is there already (--overwrite imports it again{anew})")
+                    row: dict[str, Any] = {"there": name}
+                    anew = "" if name == options.name else f", as {options.name}"
+                    say(f"{start}: {name} is there already (--overwrite imports it again{anew})")
                 else:
-                    rows.append(
-                        {"file": str(path), **self._import_one(path, replace(options, name=called), start)}
-                    )
-                files[stored] = path
+                    row = self._import_one(path, options, start)
+                files[name] = path
             except (InputError, PhysicsError) as error:
-                rows.append({"file": str(path), "refused": str(error)})
-                self._say(f"{start}: refused: {error}")
+                row = {"refused": str(error)}
+                say(f"{start}: refused: {error}")
+            rows.append({"file": str(path), **row})
         refused, there = (sum(end in row for row in rows) for end in ("refused", "there"))
         for path, why in left_out:
             rows.append({"file": str(path), "left_out": why})
-            self._say(f"left out: {path}: {why}")
+            say(f"left out: {path}: {why}")
         if self.json:
             print_json(rows)
             return 1 if refused else 0
@@ -103,7 +98,7 @@ class ImportCommand:
             print(printable(f"To use them: export TORC_OBJECTS={self.library.resolve()}"))
         return 1 if refused else 0
 
-    def _meshes(self) -> tuple[list["_Mesh"], list[tuple[Path, str]]]:
+    def _meshes(self) -> tuple[list[tuple[Path, "MeshOptions"]], list[tuple[Path, str]]]:
         """Return mesh files, and those left out with the reason. Raises InputError for inconsistent arguments."""
         from torc.objects.importing import MeshOptions
         from torc.objects.importing.storing import find_meshes
@@ -120,19 +115,19 @@ class ImportCommand:
             friction=self.friction,
             textures=not self.no_textures,
         )
-        meshes: list[_Mesh] = []
+        meshes: list[tuple[Path, MeshOptions]] = []
         left_out: list[tuple[Path, str]] = []
         for path in self.paths:
             if os.path.isdir(path):
                 inside, others = find_meshes(path)
                 if not inside:
                     raise InputError(f"There is no OBJ, GLB, STL or PLY file in {path}.")
-                meshes += [
-                    (file, Path(f"{stem}{file.suffix}"), replace(options, root=path)) for file, stem in inside
-                ]
+                for file, stem in inside:
+                    name = options.name_for(Path(f"{stem}{file.suffix}"))
+                    meshes.append((file, replace(options, root=path, name=name)))
                 left_out += others
             elif os.path.exists(path):
-                meshes.append((path, path, options))
+                meshes.append((path, replace(options, name=options.name_for(path))))
             else:
                 raise InputError(f"There is no file or directory {path}.")
         single = [k for k in ("name", "description", "mass") if getattr(self, k) is not None]
@@ -142,38 +137,24 @@ class ImportCommand:
             raise InputError(f"--{single[0]} is for one mesh; here are {len(meshes)}.")
         return meshes, left_out
 
-    def _kept(self, meshes: list["_Mesh"]) -> dict[Path, str]:
-        """Return the meshes in directories that were imported before, with the names of the objects."""
-        from torc.objects.importing.storing import kept_names
-
-        names: dict[Path, str] = {}
-        for path, named, options in meshes:
-            if options.root is not None and not self.overwrite:
-                with suppress(InputError):  # refused for it when its turn comes
-                    names[path] = options.name_for(named)
-        kept = kept_names(names, self.scale, self.library)
-        return {path: name for path, name in kept.items() if self.name in (None, name)}
-
     def _import_one(self, path: Path, options: "MeshOptions", start: str) -> dict[str, Any]:
         from torc.objects.importing import read_mesh
         from torc.objects.importing.storing import add_object, check_name
         from torc.sim.portraits import stands
 
         check_name(str(options.name), self.library, self.overwrite)
-        self._say(f"{start}: reading ...")
+        say = teller(self.json)
+        say(f"{start}: reading ...")
         found = read_mesh(path, options)
         notes = list(found.notes)
         if not stands(found.model):
             notes.append("It does not stay where it is set down: expect it to roll or to fall over.")
         model = add_object(found, self.library, self.overwrite).model
         size, pieces = " x ".join(f"{1000 * s:.0f}" for s in model.size_m), len(model.pieces)
-        self._say(
+        say(
             f"{start}: {model.name}, {model.description}: {size} mm, {model.mass_kg:.3f} kg, {pieces} convex pieces"
         )
         for note in notes:
-            self._say(f"    {note}")
+            say(f"    {note}")
         facts = {name: getattr(model, name) for name in ("name", "description", "mass_kg")}
         return {**facts, "size_m": list(model.size_m), "pieces": pieces, "notes": notes}
-
-    def _say(self, text: str) -> None:
-        print(printable(text), file=sys.stderr if self.json else sys.stdout, flush=True)

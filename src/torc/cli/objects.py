@@ -1,16 +1,27 @@
-"""`torc objects`: objects to put on the table, and how to add to them."""
+"""`torc objects`: objects to put on the table, what they look like, and how to add to them."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
 from torc.cli.commands import Group
 from torc.cli.object_import import ImportCommand
-from torc.cli.object_sheet import SheetCommand, check_picture_name, known_objects
-from torc.cli.printing import print_json
-from torc.errors import UnknownNameError
+from torc.cli.options import JsonOption, check_picture_name
+from torc.cli.printing import print_json, tell
+from torc.errors import InputError, UnknownNameError
+from torc.objects.library import ObjectFacts, find_stored, graspable, load_object, object_facts, object_names
+
+if TYPE_CHECKING:  # the command line answers before Pillow and MuJoCo are imported
+    from PIL.Image import Image as Picture
+
+    from torc.objects.models import ObjectModel
+
+COLUMNS, ROWS = 5, 8
+CELL, CAPTION = (250, 205), 68
+_INK, _FAINT, _PAPER = (30, 30, 30), (105, 105, 105), (252, 252, 250)
 
 
 @dataclass(frozen=True)
@@ -21,13 +32,10 @@ class ListCommand:
     """Only of this kind, e.g. mug."""
     own: bool = False
     """Only your own."""
-    json: Annotated[bool, tyro.conf.arg(help="Print as JSON.")] = False
+    json: JsonOption = False
 
     def run(self) -> int:
-        """Print a line per object."""
-        from torc.objects.library import graspable
-
-        found = known_objects()
+        found = _known_objects()
         kinds = sorted({facts.kind for facts in found})
         if self.kind is not None and self.kind not in kinds:
             raise UnknownNameError("kind of object", self.kind, kinds)
@@ -56,17 +64,15 @@ class ShowCommand:
     """Name of the object (`torc objects list`)."""
     picture: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     """Also write a picture (PNG), drawn by the simulator."""
-    json: Annotated[bool, tyro.conf.arg(help="Print as JSON.")] = False
+    json: JsonOption = False
 
     def run(self) -> int:
-        """Print the facts."""
         if self.picture is not None:
             check_picture_name(self.picture, ".png")
         facts = _facts(self.name)
         if self.picture is not None:
             from PIL import Image
 
-            from torc.objects.library import load_object
             from torc.sim.portraits import portrait
 
             Image.fromarray(portrait(load_object(self.name), 640, 640)).save(self.picture)
@@ -92,6 +98,41 @@ class ShowCommand:
         return 0
 
 
+@dataclass(frozen=True)
+class SheetCommand:
+    """Draw a contact sheet: every object as the simulator shows it, with its size and mass."""
+
+    names: Annotated[tyro.conf.Positional[tuple[str, ...]], tyro.conf.arg(metavar="[NAME...]")] = ()
+    """Objects or kinds to draw, your own too; all if none are named. What is damaged is passed over."""
+    out: Annotated[Path, tyro.conf.arg(metavar="FILE")] = Path("objects.jpg")
+    """A .jpg or .png; several pages become NAME-1, NAME-2 ..."""
+
+    def run(self) -> int:
+        from PIL import Image
+
+        names = _chosen(self.names)
+        check_picture_name(self.out, ".jpg", ".png")
+        self.out.parent.mkdir(parents=True, exist_ok=True)
+        cells = []
+        for name in names:
+            try:
+                cells.append(_cell(load_object(name)))
+            except InputError as error:
+                tell(f"torc: {error}")
+        if not cells:
+            raise InputError("None of these objects can be drawn. Import them again, or name others.")
+        sheets = [cells[i : i + COLUMNS * ROWS] for i in range(0, len(cells), COLUMNS * ROWS)]
+        for number, sheet in enumerate(sheets, start=1):
+            path = self.out if len(sheets) == 1 else self.out.with_stem(f"{self.out.stem}-{number}")
+            width, height = sheet[0].size
+            page = Image.new("RGB", (COLUMNS * width, -(-len(sheet) // COLUMNS) * height), _PAPER)
+            for k, cell in enumerate(sheet):
+                page.paste(cell, (k % COLUMNS * width, k // COLUMNS * height))
+            page.save(path, quality=82, optimize=True)
+            print(f"{path}  (page {number} of {len(sheets)})", flush=True)
+        return 0
+
+
 OBJECTS = Group(
     "Objects to put on the table: those that come with torc, and your own.",
     {
@@ -109,15 +150,11 @@ OBJECTS = Group(
 
 
 def _facts(name: str) -> dict[str, Any]:
-    from torc.objects.library import find_stored, graspable, load_object, object_facts
     from torc.objects.object_files import load_source
 
     model, own = load_object(name), not object_facts(name).builtin
-    plain = {
-        key: getattr(model, key) for key in ("name", "kind", "description", "mass_kg", "friction", "rolls")
-    }
-    facts: dict[str, Any] = {
-        **plain,
+    plain = ("name", "kind", "description", "mass_kg", "friction", "rolls")
+    facts: dict[str, Any] = {key: getattr(model, key) for key in plain} | {
         "own": own,
         "size_m": list(model.size_m),
         "graspable": graspable(name),
@@ -131,3 +168,45 @@ def _facts(name: str) -> dict[str, Any]:
         facts |= {"source": source.file, "scale": source.scale, "note": source.note}
         facts["directory"] = str(directory)
     return facts
+
+
+def _known_objects() -> list[ObjectFacts]:
+    """Return the facts of all objects, torc's own first. A damaged one is reported and stops nothing."""
+    found = []
+    for name in object_names():
+        try:
+            found.append(object_facts(name))
+        except InputError as error:
+            tell(f"torc: {error}")
+    return found
+
+
+def _chosen(names: Sequence[str]) -> list[str]:
+    """Return names of the objects and of those of the kinds named, without those that cannot be read."""
+    known = _known_objects()
+    if not names:
+        return [facts.name for facts in known]
+    valid = [*object_names(), *dict.fromkeys(facts.kind for facts in known)]
+    for name in names:
+        if name not in valid:
+            raise UnknownNameError("object or kind", name, valid)
+    return list(dict.fromkeys(f.name for name in names for f in known if name in (f.name, f.kind)))
+
+
+def _cell(model: "ObjectModel") -> "Picture":
+    """Draw a portrait; below it name, description, size (depth, width, height) and mass."""
+    from PIL import Image, ImageDraw, ImageFont
+
+    from torc.sim.portraits import portrait
+
+    cell = Image.new("RGB", (CELL[0], CELL[1] + CAPTION), _PAPER)
+    cell.paste(Image.fromarray(portrait(model, *CELL)), (0, 0))
+    draw, y = ImageDraw.Draw(cell), CELL[1] + 4
+    edges = " x ".join(f"{1000 * s:.0f}" for s in model.size_m)
+    facts = f"{edges} mm, {1000 * model.mass_kg:.0f} g"
+    for text, size, color in ((model.name, 17, _INK), (model.description, 14, _FAINT), (facts, 14, _FAINT)):
+        width = draw.textlength(text, ImageFont.load_default(size))
+        fitting = min(size, max(8, int(size * (CELL[0] - 14) / width)))
+        draw.text((8, y), text, color, ImageFont.load_default(fitting))
+        y += size + 5
+    return cell

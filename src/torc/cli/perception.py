@@ -1,20 +1,16 @@
 """`torc perception`: how well objects are found in pictures with known masks."""
 
-from __future__ import annotations
-
+import csv
 from dataclasses import astuple, dataclass, field, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 import tyro
 
 from torc.cli.commands import Group
 from torc.cli.printing import print_json, tell
+from torc.errors import InputError
 from torc.specs.conditions import PipelineSpec
-
-if TYPE_CHECKING:
-    from torc.brain.judging import Judged
-    from torc.pipeline.frames.annotated import AnnotatedPicture
 
 _SHOWN = 12
 """Number of the worst pictures in worst.png."""
@@ -40,16 +36,16 @@ class EvaluateCommand:
     stages: PipelineSpec = field(default_factory=lambda: PipelineSpec(perception="embedded"))
 
     def run(self) -> int:
-        """Print the table."""
         from torc.brain.judging import judge
-        from torc.errors import InputError
+        from torc.drawing.mask_comparison import mask_comparison
+        from torc.io.pictures import write_png
         from torc.perception.scoring import MaskScore, mean_score
         from torc.pipeline.frames.annotated import annotated_pictures
 
         if self.every < 1:
             raise InputError("--every is at least 1.")
         found = annotated_pictures(self.data, self.layout)[:: self.every]
-        judged: list[tuple[AnnotatedPicture, Judged]] = []
+        judged = []
         for i, (name, read) in enumerate(found):
             try:
                 picture = read()
@@ -62,7 +58,14 @@ class EvaluateCommand:
             raise InputError("None of the pictures could be used; the reasons are above.")
         mean = mean_score([j.score for _, j in judged])
         if self.out is not None:
-            self._write(judged)
+            self.out.mkdir(parents=True, exist_ok=True)
+            with (self.out / "scores.csv").open("w", newline="", encoding="utf-8") as file:
+                writer = csv.writer(file)
+                writer.writerow(["picture", *(f.name for f in fields(MaskScore))])
+                writer.writerows([p.name, *(round(v, 4) for v in astuple(j.score))] for p, j in judged)
+            worst = sorted(judged, key=lambda pair: pair[1].score.overlap_f)[:_SHOWN]
+            pictures = [(picture.observation.rgb, picture.truth, j.found) for picture, j in worst]
+            write_png(self.out / "worst.png", mask_comparison(pictures))
         numbers = {f.name: round(v, 4) for f, v in zip(fields(MaskScore), astuple(mean))}
         if self.json:
             print_json({"pictures": len(judged), "left_out": len(found) - len(judged), **numbers})
@@ -70,26 +73,6 @@ class EvaluateCommand:
             print(f"{len(judged)} of {len(found)} pictures, --perception {self.stages.perception}")
             print("\n".join(f"  {name:<12} {value:.3f}" for name, value in numbers.items()))
         return 0
-
-    def _write(self, judged: list[tuple[AnnotatedPicture, Judged]]) -> None:
-        """Write scores.csv and worst.png."""
-        import csv
-
-        from torc.drawing.mask_comparison import mask_comparison
-        from torc.io.pictures import write_png
-        from torc.perception.scoring import MaskScore
-
-        assert self.out is not None
-        self.out.mkdir(parents=True, exist_ok=True)
-        with (self.out / "scores.csv").open("w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file)
-            writer.writerow(["picture", *(f.name for f in fields(MaskScore))])
-            writer.writerows([p.name, *(round(v, 4) for v in astuple(j.score))] for p, j in judged)
-        worst = sorted(judged, key=lambda pair: pair[1].score.overlap_f)[:_SHOWN]
-        write_png(
-            self.out / "worst.png",
-            mask_comparison([(p.observation.rgb, p.truth, j.found) for p, j in worst]),
-        )
 
 
 PERCEPTION = Group(

@@ -2,6 +2,7 @@
 
 import json
 import sys
+from collections.abc import Callable
 from typing import Any
 
 
@@ -26,3 +27,8 @@ def print_json(data: Any) -> None:
 def tell(text: str) -> None:
     """Print a line to stderr, beside tables and JSON on stdout."""
     print(printable(text), file=sys.stderr, flush=True)
+
+
+def teller(as_json: bool) -> Callable[[str], None]:
+    """Return what prints progress: to stdout, but to stderr beside JSON."""
+    return tell if as_json else lambda text: print(printable(text), flush=True)

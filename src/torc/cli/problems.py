@@ -7,7 +7,10 @@ from typing import Annotated
 import tyro
 
 from torc.cli.commands import Group
+from torc.cli.options import JsonOption
 from torc.cli.printing import print_json
+from torc.problems.sets import problem_sets, select_problems
+from torc.problems.summaries import problem_summary
 
 
 @dataclass(frozen=True)
@@ -17,13 +20,9 @@ class ListCommand:
     set: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="[SET]")] = ""
     """A shipped set (torc40, validation, validation-ur5e, validation-panda), a directory of problem files, or several
     with commas between; all shipped ones if not given."""
-    json: Annotated[bool, tyro.conf.arg(help="Print as JSON.")] = False
+    json: JsonOption = False
 
     def run(self) -> int:
-        """Print each selection with a line per problem."""
-        from torc.problems.sets import problem_sets, select_problems
-        from torc.problems.summaries import problem_summary
-
         selections = (self.set,) if self.set else problem_sets()
         groups = {text: [problem_summary(name) for name in select_problems(text)] for text in selections}
         if self.json:
@@ -42,10 +41,9 @@ class ShowCommand:
 
     problem: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="PROBLEM")]
     """Name of a shipped problem (`torc problems list`) or a problem file."""
-    json: Annotated[bool, tyro.conf.arg(help="Print as JSON.")] = False
+    json: JsonOption = False
 
     def run(self) -> int:
-        """Print the problem."""
         from torc.io.record_files import to_plain
         from torc.problems.problem import load_problem, robot_option, robot_wanted
 
@@ -55,11 +53,11 @@ class ShowCommand:
             return 0
         print(f"{problem.name} ({problem.category}), target: {problem.description} [{problem.target}]\n")
         for k, placement in enumerate(problem.ordered()):
-            if problem.absent and placement.name == problem.target:
-                print(f"  {k:>2}  {placement.name:<28} {placement.model:<28} is not there")
-                continue
             x, y, z = placement.position
-            print(f"  {k:>2}  {placement.name:<28} {placement.model:<28} at {x:.3f} {y:.3f} {z:.3f}")
+            where = f"at {x:.3f} {y:.3f} {z:.3f}"
+            if problem.absent and placement.name == problem.target:
+                where = "is not there"
+            print(f"  {k:>2}  {placement.name:<28} {placement.model:<28} {where}")
         option = robot_option(problem)
         if option == "FILE":
             print(f"\nMade for the robot '{robot_wanted(problem)}': its file goes with --robot.")

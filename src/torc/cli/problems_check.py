@@ -1,21 +1,17 @@
 """`torc problems validate`, `gallery` and `solve`: check problems, draw them, and find the best order of picks."""
 
-import sys
-from dataclasses import dataclass, field
-from functools import partial
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import tyro
 
-from torc.cli.printing import print_json, printable, tell
+from torc.cli.options import JsonOption, RobotOption, WorkspaceOption
+from torc.cli.printing import print_json, tell, teller
 from torc.errors import InputError
 from torc.oracle.tree import DEFAULT_BUDGET
 from torc.robots.names import DEFAULT_ROBOT
 from torc.specs.conditions import DEFAULT_WORKSPACE, Conditions
-
-if TYPE_CHECKING:
-    from torc.generation.validation import ValidationReport
 
 
 @dataclass(frozen=True)
@@ -43,14 +39,11 @@ class ValidateCommand:
     """How much the oracle may try, in simulated picks."""
     seed: int = 0
     """Seed of the oracle's trial."""
-    robot: str = DEFAULT_ROBOT
-    """Robot: sda10f_2f85, ur5e_2f85, panda_hand, or a robot description file of your own (docs/robots.md)."""
-    workspace: str = DEFAULT_WORKSPACE
-    """Table, bin and camera: paper, or a workspace file of your own (docs/robots.md)."""
-    json: Annotated[bool, tyro.conf.arg(help="Print as JSON.")] = False
+    robot: RobotOption = DEFAULT_ROBOT
+    workspace: WorkspaceOption = DEFAULT_WORKSPACE
+    json: JsonOption = False
 
     def run(self) -> int:
-        """Check, print, and return the exit code."""
         from torc.generation.generator import inspector_for
         from torc.generation.validation import Check, ValidationReport, oracle_check, validate_problem
         from torc.pipeline.warm_up import announced_compilation
@@ -63,10 +56,10 @@ class ValidateCommand:
         names = [name for given in self.problems for name in select_problems(given)]
         problems = {name: load_problem(name) for name in dict.fromkeys(names)}
         reports: dict[str, ValidationReport] = {}
-        say = partial(print, file=sys.stderr if self.json else sys.stdout, flush=True)
+        say = teller(self.json)
 
         def progress(check: Check) -> None:
-            say(printable(f"  {'ok ' if check.passed else 'BAD'} {check.name + ':':<14}{check.text}"))
+            say(f"  {'ok ' if check.passed else 'BAD'} {check.name + ':':<14}{check.text}")
 
         with announced_compilation(tell):
             for name, problem in problems.items():
@@ -80,20 +73,17 @@ class ValidateCommand:
                 say(f"  => {'valid' if report.valid else 'NOT VALID'}\n")
         valid = sum(report.valid for report in reports.values())
         if self.json:
-            print_json([_facts(name, report) for name, report in reports.items()])
+            rows: list[dict[str, Any]] = []
+            for name, report in reports.items():
+                found = report.difficulty
+                difficulty = None if found is None else {"objects": found.objects, **found.facts()}
+                checks = [asdict(check) for check in report.checks]
+                facts = {"problem": name, "valid": report.valid}
+                rows.append({**facts, "checks": checks, "difficulty": difficulty})
+            print_json(rows)
         elif len(reports) > 1:
             print(f"{valid} of {len(reports)} are valid")
         return 0 if valid == len(reports) else 1
-
-
-def _facts(name: str, report: "ValidationReport") -> dict[str, Any]:
-    difficulty = report.difficulty
-    return {
-        "problem": name,
-        "valid": report.valid,
-        "checks": [{"name": c.name, "passed": c.passed, "text": c.text} for c in report.checks],
-        "difficulty": None if difficulty is None else {"objects": difficulty.objects, **difficulty.facts()},
-    }
 
 
 @dataclass(frozen=True)
@@ -120,16 +110,13 @@ class GalleryCommand:
     answers: Annotated[Path | None, tyro.conf.arg(metavar="DIR")] = None
     """Directory of the oracle's answers, as `torc problems solve --json` prints them; without one a card has the order
     that its problem's file states, if any."""
-    robot: str = DEFAULT_ROBOT
-    """Robot: sda10f_2f85, ur5e_2f85, panda_hand, or a robot description file of your own (docs/robots.md)."""
-    workspace: str = DEFAULT_WORKSPACE
-    """Table, bin and camera: paper, or a workspace file of your own (docs/robots.md)."""
+    robot: RobotOption = DEFAULT_ROBOT
+    workspace: WorkspaceOption = DEFAULT_WORKSPACE
     title: str = ""
     """Heading of the pages; made of SELECTION if not given."""
     json: Annotated[bool, tyro.conf.arg(help="Print what the cards say as JSON.")] = False
 
     def run(self) -> int:
-        """Draw the cards and write the pages."""
         from torc.generation.gallery import HTML, MARKDOWN, make_gallery
         from torc.generation.generator import inspector_for
         from torc.generation.inspection import Inspector
@@ -181,7 +168,6 @@ class SolveCommand:
     json: Annotated[bool, tyro.conf.arg(help="Print the answer as JSON; progress goes to stderr.")] = False
 
     def run(self) -> int:
-        """Print the answer."""
         from torc.oracle.solve import solve_problem
         from torc.pipeline.building import build_system
         from torc.pipeline.warm_up import announced_compilation

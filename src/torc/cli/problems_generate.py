@@ -1,23 +1,20 @@
 """`torc problems generate`: any number of new problems."""
 
 import re
-import sys
 from collections import Counter
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
-from torc.cli.printing import print_json, split_names, tell
+from torc.cli.printing import print_json, split_names, tell, teller
 from torc.errors import InputError
 from torc.robots.names import DEFAULT_ROBOT
 from torc.specs.conditions import DEFAULT_WORKSPACE
 
 if TYPE_CHECKING:
     from torc.generation.generator import Job
-    from torc.generation.inspection import Inspector
 
 
 @dataclass(frozen=True)
@@ -79,25 +76,33 @@ class GenerateCommand:
     json: Annotated[bool, tyro.conf.arg(help="Print a JSON summary instead of text.")] = False
 
     def run(self) -> int:
-        """Generate, save, sum up, and return the exit code."""
         from torc.generation.config import Reason
         from torc.generation.generator import (
             GeneratedProblem,
             Job,
             generate_batch,
             inspector_for,
+            is_made_from,
+            named,
             problem_name,
         )
         from torc.pipeline.warm_up import announced_compilation
-        from torc.problems.problem import save_problem
+        from torc.problems.problem import load_problem, save_problem
         from torc.specs.conditions import Conditions
 
         conditions = Conditions(robot=self.robot, workspace=self.workspace)
         inspector = inspector_for(self.robot, self.workspace)  # unknown names are refused before any work
-        say = partial(print, file=sys.stderr if self.json else sys.stdout, flush=True)
+        say = teller(self.json)
         jobs = {job: self.out / f"{problem_name(job.config, job.seed)}.yaml" for job in self._jobs()}
         self.out.mkdir(parents=True, exist_ok=True)
-        there = [job for job, path in jobs.items() if self._is_there(job, path, inspector)]
+        there = [job for job, path in jobs.items() if path.exists() and not self.overwrite]
+        for job in there:
+            robot, workspace = inspector.robot, named(inspector.workspace)
+            if not is_made_from(load_problem(jobs[job]), job.config, job.seed, robot, workspace):
+                raise InputError(
+                    f"{jobs[job]} exists and was made otherwise. Choose another --out or --seed, or replace what is "
+                    "there with --overwrite."
+                )
         if there:
             say(f"{len(there)} of {len(jobs)} are in {self.out} already.")
         left = [job for job in jobs if job not in there]
@@ -175,18 +180,3 @@ class GenerateCommand:
         # By the seed, not by its place in this call: a set made in several calls equals one made at once.
         seeds = range(self.seed, self.seed + self.count)
         return [Job(configs[seed % len(configs)], seed) for seed in seeds]
-
-    def _is_there(self, job: "Job", path: Path, inspector: "Inspector") -> bool:
-        """True if the problem of this job has a file. Raises InputError if the file holds another problem."""
-        from torc.generation.generator import is_made_from, named
-        from torc.problems.problem import load_problem
-
-        if self.overwrite or not path.exists():
-            return False
-        robot, workspace = inspector.robot, named(inspector.workspace)
-        if not is_made_from(load_problem(str(path)), job.config, job.seed, robot, workspace):
-            raise InputError(
-                f"{path} exists and was made otherwise. Choose another --out or --seed, or replace what is there "
-                "with --overwrite."
-            )
-        return True

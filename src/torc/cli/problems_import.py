@@ -1,20 +1,15 @@
 """`torc problems import`: scenes of GraspClutter6D as problems."""
 
 import shlex
-import sys
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 import tyro
 
-from torc.cli.printing import print_json
+from torc.cli.options import RobotOption
+from torc.cli.printing import print_json, teller
 from torc.robots.names import DEFAULT_ROBOT
-
-if TYPE_CHECKING:
-    from torc.generation.graspclutter6d.making import Attempt
-
 
 _PAPERS_OWN = (
     "Many of the paper's 40 problems do not hold by `torc problems validate`: their target can be grasped at once, or "
@@ -57,23 +52,20 @@ class ImportCommand:
     """Which of a scene's 13 annotations to take; the paper took 3."""
     camera: str = "realsense-d435"
     """Whose pictures the annotation is of: realsense-d415, realsense-d435, azure-kinect or zivid."""
-    robot: str = DEFAULT_ROBOT
-    """Robot: sda10f_2f85, ur5e_2f85, panda_hand, or a robot description file of your own (docs/robots.md)."""
+    robot: RobotOption = DEFAULT_ROBOT
     out: Annotated[Path, tyro.conf.arg(metavar="DIR")] = Path("graspclutter6d-problems")
     """Where the problem files go."""
     overwrite: bool = False
     """Make again and replace problem files that are there."""
-    json: Annotated[bool, tyro.conf.arg(help="Print what was made, and what was not and why, as JSON.")] = (
-        False
-    )
+    json: bool = False
+    """Print what was made, and what was not and why, as JSON."""
 
     def run(self) -> int:
-        """Import, and return the exit code."""
         from torc.generation.generator import inspector_for
         from torc.generation.graspclutter6d.making import ImportRequest, run_import
         from torc.generation.graspclutter6d.placing import ImportConfig
 
-        say = partial(print, file=sys.stderr if self.json else sys.stdout, flush=True)
+        say = teller(self.json)
         if self.paper:
             say(_PAPERS_OWN)
         request = ImportRequest(
@@ -84,8 +76,15 @@ class ImportCommand:
             category=self.category,
             config=ImportConfig(self.placement, self.annotation, self.camera),
         )
-        attempts = run_import(request, inspector_for(self.robot), self.out, self.overwrite, say=say)
-        rows = [_row(attempt) for attempt in attempts]
+        rows: list[dict[str, Any]] = []
+        for attempt in run_import(request, inspector_for(self.robot), self.out, self.overwrite, say=say):
+            names, problem = ("scene", "in_sight", "fell", "there", "reason", "notes"), attempt.problem
+            row = {name: getattr(attempt, name) for name in names}
+            row |= {"file": str(attempt.file) if attempt.file else None, "target": attempt.target}
+            if problem is not None:
+                row |= {key: getattr(problem, key) for key in ("target", "category", "description")}
+                row["objects"] = len(problem.objects)
+            rows.append(row)
         done = [str(row["file"]) for row in rows if row["file"]]
         if self.json:
             print_json(rows)
@@ -104,13 +103,3 @@ class ImportCommand:
             if done:
                 print(f"Play one: torc run {shlex.quote(done[0])}")
         return 0 if len(done) == len(rows) else 1
-
-
-def _row(attempt: "Attempt") -> dict[str, Any]:
-    problem, names = attempt.problem, ("scene", "in_sight", "fell", "there", "reason", "notes")
-    row: dict[str, Any] = {name: getattr(attempt, name) for name in names}
-    row |= {"file": str(attempt.file) if attempt.file else None, "target": attempt.target}
-    if problem is not None:
-        facts = {"target": problem.target, "category": problem.category, "description": problem.description}
-        row |= {**facts, "objects": len(problem.objects)}
-    return row

@@ -38,7 +38,6 @@ class ReportCommand:
     json: Annotated[bool, tyro.conf.arg(help="Print answer, ranking and measures as JSON.")] = False
 
     def run(self) -> int:
-        """Write the report and return the exit code."""
         import webbrowser
 
         from torc.benchmark.report.writing import track, write_report

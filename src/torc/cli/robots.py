@@ -1,15 +1,16 @@
 """`torc robots`: list the robots, and check whether a user-defined one can work."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
 from torc.cli.commands import Group
-from torc.cli.object_sheet import check_picture_name
+from torc.cli.options import JsonOption, check_picture_name
 from torc.cli.printing import print_json, printable
+from torc.robots.names import DEFAULT_ROBOT, robot_names
 
 if TYPE_CHECKING:
     from torc.robots.description import RobotDescription
@@ -26,12 +27,10 @@ _ABOVE_TABLE_M = 0.05
 class ListCommand:
     """List the robots that come with torc."""
 
-    json: Annotated[bool, tyro.conf.arg(help="Print as JSON.")] = False
+    json: JsonOption = False
 
     def run(self) -> int:
-        """Print a line per robot."""
         from torc.robots.loading import load_robot
-        from torc.robots.names import DEFAULT_ROBOT, robot_names
 
         robots = {name: load_robot(name) for name in robot_names()}
         rows = [
@@ -67,25 +66,22 @@ class CheckCommand:
     json: Annotated[bool, tyro.conf.arg(help="Print the findings as JSON.")] = False
 
     def run(self) -> int:
-        """Print the findings and return the exit code."""
         if self.picture is not None:
             check_picture_name(self.picture, ".png")
         from torc.io.pictures import write_png
         from torc.robots.loading import robot_file
-        from torc.robots.parsing import compile_mjcf, try_robot
+        from torc.robots.parsing import try_robot
         from torc.sim.portraits import robot_portrait
         from torc.workspace.workspace_files import load_workspace
 
         workspace = load_workspace(self.workspace)
         robot, faults = try_robot(robot_file(self.robot))
-        findings = [*_parts(robot, faults), _base(robot), _reach(robot, workspace)]
-        if not faults["arm"]:
-            findings.append(_servos(robot, compile_mjcf(robot.mjcf_path)))
+        findings = [*_findings(robot, faults, workspace)]
         if self.json:
             print_json({"name": robot.name, "checks": [asdict(finding) for finding in findings]})
         else:
             for finding in findings:
-                print(printable(finding.line()))
+                print(printable(f"{finding.mark:<4}  {finding.name:<12}  {finding.detail}"))
         if self.picture is not None:
             write_png(self.picture, robot_portrait(robot, workspace))
         return 0 if all(finding.mark != "FAIL" for finding in findings) else 1
@@ -99,13 +95,17 @@ class _Finding:
     name: str
     detail: str
 
-    def line(self) -> str:
-        """Return the finding for people."""
-        return f"{self.mark:<4}  {self.name:<12}  {self.detail}"
 
+def _findings(
+    robot: "RobotDescription", faults: Mapping[str, list[str]], workspace: "Workspace"
+) -> Iterator[_Finding]:
+    """Yield the findings: faults of loading the robot by what they concern, its base, its reach, its servos."""
+    import numpy as np
 
-def _parts(robot: "RobotDescription", faults: Mapping[str, list[str]]) -> list[_Finding]:
-    """Return the findings of loading the robot."""
+    from torc.robots.ik import reached
+    from torc.robots.parsing import compile_mjcf
+    from torc.robots.proving import sags_rad
+
     gripper, length_m = robot.gripper, float(robot.gripper.T_tool0_tcp(0.0)[2, 3])
     good = {
         "surroundings": "no floor, table or free body of its own",
@@ -114,43 +114,27 @@ def _parts(robot: "RobotDescription", faults: Mapping[str, list[str]]) -> list[_
         "fingertips": f"{1000 * length_m:.0f} mm ahead of the flange, pointing outward",
         "rest": "no part touches another",
     }
-    return [
-        _Finding("FAIL", name, fault) if fault else _Finding("ok", name, good[name])
-        for name, found in faults.items()
-        for fault in found or [""]
-    ]
-
-
-def _base(robot: "RobotDescription") -> _Finding:
+    for name, found in faults.items():
+        yield from (_Finding("FAIL", name, fault) for fault in found)
+        if not found:
+            yield _Finding("ok", name, good[name])
     x, y, z = robot.arm.T_world_base[:3, 3]
-    return _Finding("ok", "base", f"at ({x:.2f}, {y:.2f}, {z:.2f}) m in the world, z = 0 on the floor")
+    yield _Finding("ok", "base", f"at ({x:.2f}, {y:.2f}, {z:.2f}) m in the world, z = 0 on the floor")
 
-
-def _reach(robot: "RobotDescription", workspace: "Workspace") -> _Finding:
-    import numpy as np
-
-    from torc.robots.ik import reached
-    from torc.workspace.faults import watched_table
-
-    points = watched_table(workspace, _ACROSS) + np.array([0, 0, _ABOVE_TABLE_M])
+    points = workspace.watched_table(_ACROSS) + np.array([0, 0, _ABOVE_TABLE_M])
     share = float(np.mean(reached(robot, points)))
     text = f"{share:.0%} of the table, {100 * _ABOVE_TABLE_M:.0f} cm above it"
-    if share >= _LITTLE:
-        return _Finding("ok", "reach", text)
-    low, high = points.min(axis=0), points.max(axis=0)
-    where = f"x {low[0]:.2f} to {high[0]:.2f}, y {low[1]:.2f} to {high[1]:.2f}, z {low[2]:.2f} m"
-    doubt = "Is the base where you think it is? The MJCF places it, in torc's world"
-    return _Finding("FAIL" if share == 0 else "note", "reach", f"{text} ({where}). {doubt}")
+    if share < _LITTLE:
+        low, high = points.min(axis=0), points.max(axis=0)
+        text += f" (x {low[0]:.2f} to {high[0]:.2f}, y {low[1]:.2f} to {high[1]:.2f}, z {low[2]:.2f} m). "
+        text += "Is the base where you think it is? The MJCF places it, in torc's world"
+    yield _Finding("FAIL" if share == 0 else "note" if share < _LITTLE else "ok", "reach", text)
 
-
-def _servos(robot: "RobotDescription", model: Any) -> _Finding:
-    from torc.robots.proving import sags_rad
-
-    sags = zip(robot.arm.joint_names, sags_rad(robot, model))
-    weak = ", ".join(f"'{name}' by {sag:.2f} rad" for name, sag in sags if sag > _SAGS_RAD)
-    if not weak:
-        return _Finding("ok", "servos", "hold the arm at rest")
-    return _Finding("note", "servos", f"give way under its weight: {weak}. Raise kp, or set gravcomp to 1")
+    if not faults["arm"]:
+        sags = zip(robot.arm.joint_names, sags_rad(robot, compile_mjcf(robot.mjcf_path)))
+        weak = ", ".join(f"'{name}' by {sag:.2f} rad" for name, sag in sags if sag > _SAGS_RAD)
+        text = f"give way under its weight: {weak}. Raise kp, or set gravcomp to 1"
+        yield _Finding("note", "servos", text) if weak else _Finding("ok", "servos", "hold the arm at rest")
 
 
 ROBOTS = Group(

@@ -8,9 +8,9 @@ from typing import Annotated
 
 import tyro
 
+from torc.cli.options import VlmOptions
+from torc.cli.pages import PageOptions, check_web_libraries, served_page
 from torc.cli.printing import print_json
-from torc.cli.vlm_options import VlmOptions
-from torc.cli.web_page import PageOptions, check_web_libraries, served_page
 from torc.episode.viewer_links import trial_key
 from torc.registry.settings import Settings
 from torc.specs.conditions import Conditions
@@ -50,7 +50,6 @@ class RunCommand:
     vlm: VlmOptions = field(default_factory=VlmOptions)
 
     def run(self) -> int:
-        """Run the trial and return the exit code."""
         planner = PlannerSpec(self.planner, self.vlm.config(), self.planner_settings)
         spec = TrialSpec(self.problem, planner, self.seed, self.conditions)
         out = self.out or Path("runs") / spec.default_name

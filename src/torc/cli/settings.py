@@ -7,6 +7,9 @@ from typing import Annotated, Any
 import tyro
 
 from torc.errors import UnknownNameError
+from torc.registry.kinds import CONFIGURED, KINDS, STAGES, Kind
+from torc.registry.loading import load_part, load_path, part_paths
+from torc.registry.settings import settings_of
 
 
 @dataclass(frozen=True)
@@ -26,9 +29,6 @@ class SettingsCommand:
     """Stages, names of parts, or your own as module:Class or path/to/file.py:Class; all stages if none is given."""
 
     def run(self) -> int:
-        """Print the settings."""
-        from torc.registry.kinds import CONFIGURED, STAGES
-
         for name in self.parts or (*STAGES, *CONFIGURED):
             for line in _lines(name):
                 print(line)
@@ -38,9 +38,6 @@ class SettingsCommand:
 def _lines(name: str) -> Iterator[str]:
     """Yield the settings of a stage, of every part of that name, or of a user-defined class."""
     from torc.pipeline.building import default_config
-    from torc.registry.kinds import CONFIGURED, KINDS, STAGES, Kind
-    from torc.registry.loading import kinds_of, load_part, load_path, part_paths
-    from torc.registry.settings import settings_of
 
     if name in STAGES or name in CONFIGURED:
         config = default_config(name)
@@ -51,11 +48,10 @@ def _lines(name: str) -> Iterator[str]:
         fitting = [kind for kind in KINDS if callable(getattr(found, kind.method, None))]
         parts: list[tuple[Kind[Any] | None, Any]] = [(kind, found) for kind in fitting] or [(None, found)]
     else:
-        kinds = kinds_of(name)
-        if not kinds:
-            known = [*STAGES, *CONFIGURED, *(part for kind in KINDS for part in part_paths(kind))]
-            raise UnknownNameError("stage or part", name, sorted(set(known)), ", or your own as module:Class")
-        parts = [(kind, load_part(kind, name)) for kind in kinds]
+        parts = [(kind, load_part(kind, name)) for kind in KINDS if name in part_paths(kind)]
+        if not parts:
+            known = {*STAGES, *CONFIGURED, *(part for kind in KINDS for part in part_paths(kind))}
+            raise UnknownNameError("stage or part", name, sorted(known), ", or your own as module:Class")
     for kind, factory in parts:
         settings = settings_of(factory)
         if len(parts) > 1 or not settings:

@@ -1,14 +1,7 @@
 """`torc warm-up`: compile all kernels once."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from torc.pipeline.look import Look
-    from torc.specs.conditions import Conditions
 
 
 @dataclass(frozen=True)
@@ -21,40 +14,30 @@ class WarmUpCommand:
     """
 
     def run(self) -> int:
-        """Compile, with a line per step."""
+        from torc.episode.pick_view import view_of
+        from torc.episode.steps import pick_request
+        from torc.pipeline.building import build_system
         from torc.pipeline.planners import make_planner
+        from torc.pipeline.warm_up import rehearse_look
+        from torc.registry.kinds import MOTION_PLANNERS
         from torc.robots.names import robot_names
         from torc.specs.conditions import Conditions
         from torc.task_planning.checked_decisions import rehearse_planner
 
         begin, planners = time.monotonic(), ("dg-select", "belief", "learned")
         played = {robot: Conditions(robot=robot) for robot in robot_names()}
-        played |= {
-            "own eyes": Conditions(perception="embedded", depth="sgbm"),
-            "noise": Conditions(noise=True),
-        }
+        played["own eyes"] = Conditions(perception="embedded", depth="sgbm")
+        played["noise"] = Conditions(noise=True)
         total = len(played) + len(planners)
         for number, (name, conditions) in enumerate(played.items(), 1):
             print(f"{number}/{total}  {name} ...", flush=True)
-            look = _rehearse(conditions)
+            system = build_system(conditions)
+            look = rehearse_look(system.pipeline, system.robot.arm.rest_qpos)
+            view_of(look.context)
+            for object_id in look.context.scene.ids[:1]:
+                MOTION_PLANNERS.traits(system.motion_planner).warm_up(pick_request(look, object_id))
         for number, name in enumerate(planners, len(played) + 1):
             print(f"{number}/{total}  {name} ...", flush=True)
             rehearse_planner(make_planner(name), look.context)
         print(f"Done in {time.monotonic() - begin:.0f} s: all kernels are compiled and cached.")
         return 0
-
-
-def _rehearse(conditions: Conditions) -> Look:
-    """Run the kernels of all parts around a task planner once; return the made-up look."""
-    from torc.episode.pick_view import view_of
-    from torc.episode.steps import pick_request
-    from torc.pipeline.building import build_system
-    from torc.pipeline.warm_up import rehearse_look
-    from torc.registry.kinds import MOTION_PLANNERS
-
-    system = build_system(conditions)
-    look = rehearse_look(system.pipeline, system.robot.arm.rest_qpos)
-    view_of(look.context)
-    for object_id in look.context.scene.ids[:1]:
-        MOTION_PLANNERS.traits(system.motion_planner).warm_up(pick_request(look, object_id))
-    return look

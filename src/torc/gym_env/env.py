@@ -173,10 +173,9 @@ class RetrievalEnv(gymnasium.Env[dict[str, np.ndarray], np.int64]):
             raise InputError(
                 "pick_cost, drop_cost and retrieval_bonus must be at least 0; costs are subtracted."
             )
-        for name in conditions:
-            known = [*Conditions.__dataclass_fields__]
-            if name not in known:
-                raise UnknownNameError("argument of the environment", name, known)
+        known = [*Conditions.__dataclass_fields__]
+        for name in conditions.keys() - known:
+            raise UnknownNameError("argument of the environment", name, known)
         chosen = Conditions(**conditions)
         self.problems = select_problems(problems if isinstance(problems, str) else ",".join(problems))
         self.max_picks, self.image, self.render_mode = chosen.max_picks, image, render_mode
@@ -185,13 +184,11 @@ class RetrievalEnv(gymnasium.Env[dict[str, np.ndarray], np.int64]):
         self._simulation = EpisodeSimulation(chosen, color=color) if simulation is None else simulation
         self.action_space = spaces.Discrete(MAX_OBJECTS)
         n, mount = MAX_OBJECTS, load_workspace(chosen.workspace).camera
-        shapes: dict[str, tuple[int, ...]] = dict.fromkeys(SHARES, (n,)) | {
-            "edges": (n, n),
-            "picks_left": (1,),
-        }
         found: dict[str, spaces.Space[Any]] = {
             **{key: spaces.MultiBinary(n) for key in ("visible", "graspable", "target")},
-            **{key: spaces.Box(0.0, 1.0, shape, np.float32) for key, shape in shapes.items()},
+            **{key: spaces.Box(0.0, 1.0, (n,), np.float32) for key in SHARES},
+            "edges": spaces.Box(0.0, 1.0, (n, n), np.float32),
+            "picks_left": spaces.Box(0.0, 1.0, (1,), np.float32),
             "position": spaces.Box(-1.0, 1.0, (n, 3), np.float32),
         }
         if image:
@@ -291,5 +288,4 @@ class RetrievalEnv(gymnasium.Env[dict[str, np.ndarray], np.int64]):
         return observation | ({"image": mark_image(look.context.scene)} if self.image else {})
 
     def _info(self, look: Look) -> dict[str, Any]:
-        """Return the facts of a look."""
         return {**self._facts, "pick": len(look.context.history), "action_mask": action_mask(look.context)}

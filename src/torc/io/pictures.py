@@ -1,4 +1,7 @@
-"""Pictures as bytes (PNG, JPEG). Those of more than 8 bits are scaled, where PIL would clip them to white."""
+"""Pictures as bytes (PNG, JPEG), and pictures of untrusted files, read within bounds.
+
+Pictures of more than 8 bits are scaled, where PIL would clip them to white.
+"""
 
 import base64
 from pathlib import Path
@@ -7,6 +10,10 @@ import cv2
 import numpy as np
 from jaxtyping import UInt8
 from PIL import Image
+
+from torc.errors import InputError
+
+MAX_PIXELS = 20_000_000
 
 
 def write_png(path: Path, rgb: UInt8[np.ndarray, "h w 3"]) -> None:
@@ -62,3 +69,16 @@ def in_eight_bits(image: np.ndarray) -> np.ndarray:
     if brightest > top:
         return image
     return np.round(image * (255.0 / top)).astype(np.uint8)
+
+
+def read_pixels(path: Path) -> np.ndarray:
+    """Read a picture's pixels: rgb.png in colour, others unchanged. Raises InputError."""
+    try:
+        with Image.open(path) as opened:
+            if opened.width * opened.height > MAX_PIXELS:
+                raise ValueError(f"{opened.width}x{opened.height} pixels are too many")
+            if path.name != "rgb.png":
+                return np.array(opened)
+            return np.array(eight_bit_picture(opened).convert("RGB"))
+    except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
+        raise InputError(f"Cannot read the image {path}: {error}.") from error

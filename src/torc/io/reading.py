@@ -1,22 +1,19 @@
 """Read files from strangers: plain ones, up to a size."""
 
+import json
 import os
 import stat
 from pathlib import Path
+from typing import Any
 
 from torc.errors import InputError
 
 
 def read_bytes(path: Path, max_bytes: int, what: str) -> bytes:
-    """Return the content of a plain file.
+    """Return the content of a plain file; `what` names it in errors.
 
-    Args:
-        path: the file.
-        max_bytes: its largest allowed size.
-        what: names it in errors.
-
-    Raises:
-        InputError: it is missing, too large, a link, or not a plain file (a device or pipe could be read for ever).
+    Raises InputError if it is missing, too large, a link, or not a plain file (a device or pipe could be read for
+    ever).
     """
     try:
         handle = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0))
@@ -46,8 +43,16 @@ def read_text(path: Path, errors: str = "strict") -> str:
 
 
 def read_plain_text(path: Path, max_bytes: int, what: str) -> str:
-    """Return the text of a plain file without its byte-order mark; bytes that are not UTF-8 become U+FFFD.
-
-    Arguments and errors are those of `read_bytes`.
-    """
+    """As `read_bytes`, the text without its byte-order mark; bytes that are not UTF-8 become U+FFFD."""
     return read_bytes(path, max_bytes, what).decode("utf-8-sig", "replace")
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """Read a JSON object. Raises InputError."""
+    try:
+        data = json.loads(read_text(path))
+    except (OSError, ValueError, RecursionError) as error:
+        raise InputError(f"Cannot read {path}: {error}.") from error
+    if not isinstance(data, dict):
+        raise InputError(f"{path} must hold a JSON object, not a {type(data).__name__}.")
+    return data

@@ -17,18 +17,17 @@ from jaxtyping import AbstractArray, jaxtyped
 from torc.errors import InputError
 
 FORMAT = "torc-record/1"
+MAX_ARRAY_BYTES = 512 * 2**20
+"""Most bytes of the arrays of a file together, unpacked, where no other limit is given."""
 ASIDE: Mapping[str, Any] = types.MappingProxyType({"aside": True})
 """Metadata of a field that `to_plain` leaves out: it is written beside the log."""
 Record = TypeVar("Record")
 
 
 def save_record(record: Any, path: Path | str) -> None:
-    """Write a record atomically: to a temporary file beside `path`, then renamed.
+    """Write a record atomically: to a temporary file beside `path`, then renamed. Raises TypeError if not plain data.
 
     Arrays keep dtype and shape bit for bit; nested records, tuples, enums and None are kept.
-
-    Raises:
-        TypeError: a field is not plain data.
     """
     path = Path(path)
     arrays: dict[str, np.ndarray] = {}
@@ -39,14 +38,27 @@ def save_record(record: Any, path: Path | str) -> None:
     os.replace(temporary, path)
 
 
-def load_record(path: Path | str, cls: type[Record]) -> Record:
-    """Read a record of type `cls`. Raises InputError if the file is missing, damaged or holds another record."""
+def read_arrays(path: Path | str, max_bytes: int | None = None) -> dict[str, np.ndarray]:
+    """Read all arrays of a .npz, at most `max_bytes` unpacked; they are not unpacked before. Raises InputError."""
+    most = MAX_ARRAY_BYTES if max_bytes is None else max_bytes
     try:
-        with open(path, "rb") as stream, np.load(stream, allow_pickle=False) as file:
-            arrays = dict(file)
-        tree = json.loads(str(arrays.pop("__tree__")))
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
-        raise InputError(f"'{path}' is not a readable record: {error}") from error
+        with zipfile.ZipFile(path) as archive:
+            if sum(member.file_size for member in archive.infolist()) > most:
+                raise InputError(f"'{path}' is larger than {most // 2**20} MB unpacked.")
+        with np.load(path, allow_pickle=False) as data:
+            return dict(data)
+    except (OSError, zipfile.BadZipFile, EOFError, MemoryError, ValueError) as error:
+        hint = "Python objects are not read; store plain arrays" if "pickle" in str(error) else str(error)
+        raise InputError(f"'{path}' is not a readable .npz file: {hint}.") from error
+
+
+def load_record(path: Path | str, cls: type[Record], max_bytes: int | None = None) -> Record:
+    """Read a record of type `cls`. Raises InputError if the file is missing, damaged or holds another record."""
+    arrays = read_arrays(path, max_bytes)
+    try:
+        tree = json.loads(str(arrays.pop("__tree__", "")))
+    except ValueError:
+        tree = None
     if not isinstance(tree, dict) or tree.get("format") != FORMAT or tree.get("type") != cls.__name__:
         raise InputError(f"'{path}' does not hold a {cls.__name__} in the format {FORMAT}.")
     try:
@@ -56,24 +68,11 @@ def load_record(path: Path | str, cls: type[Record]) -> Record:
 
 
 def load_checked(path: Path, cls: type[Record], max_bytes: int, what: str) -> Record:
-    """Read a record of a file that may come from a stranger, as `load_record` does, with checks.
+    """As `load_record`, for a file that may come from a stranger; `what` names it in errors.
 
-    Its arrays must be finite and of the annotated types and shapes. They are not unpacked before their size is known.
-
-    Args:
-        path: the file.
-        cls: type of the record.
-        max_bytes: largest size unpacked.
-        what: names the content in errors.
+    Its arrays must be finite and of the annotated types and shapes, and at most `max_bytes` unpacked.
     """
-    try:
-        with zipfile.ZipFile(path) as archive:
-            size = sum(member.file_size for member in archive.infolist())
-    except (OSError, zipfile.BadZipFile) as error:
-        raise InputError(f"'{path}' is not a readable {what}: {error}") from error
-    if size > max_bytes:
-        raise InputError(f"'{path}' is larger than {max_bytes // 2**20} MB unpacked.")
-    record = load_record(path, cls)
+    record = load_record(path, cls, max_bytes)
     if not _fits(record):
         raise InputError(f"'{path}' holds no {what}: its arrays are not as torc writes them.")
     return record

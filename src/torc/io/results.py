@@ -24,8 +24,7 @@ def write_json(path: Path, data: Any) -> None:
 def try_lock(file: IO[Any]) -> bool | None:
     """Lock an open file for this process as long as it is open; the system releases it when the process ends.
 
-    Returns:
-        True if this process has the lock now, False if another has it, None where locks are unavailable.
+    Returns True if this process has the lock now, False if another has it, None where locks are unavailable.
     """
     try:
         import fcntl
@@ -41,16 +40,10 @@ def try_lock(file: IO[Any]) -> bool | None:
 
 
 def check_place(out: Path, overwrite: bool, mark: str, what: str) -> None:
-    """Check that results may go to a directory: a new one, an empty one, or one of their own kind.
+    """Check that results may go to a directory: a new one, an empty one, or one of their kind, which holds `mark`.
 
-    Args:
-        out: the directory.
-        overwrite: existing results may be replaced.
-        mark: a file that each directory of that kind holds.
-        what: the kind in messages, e.g. "trial".
-
-    Raises:
-        InputError: `out` has no name of its own, exists (without overwrite), or is something else.
+    `what` is the kind in messages, e.g. "trial". Raises InputError if `out` has no name of its own, exists (without
+    `overwrite`), or is something else.
     """
     if out.name in ("", ".."):
         raise InputError(
@@ -68,13 +61,8 @@ def check_place(out: Path, overwrite: bool, mark: str, what: str) -> None:
 def claim(directory: Path, mark: str, what: str) -> IO[str]:
     """Make a directory anew for this process alone; leftovers of an ended process of that kind are removed.
 
-    `mark` and `what` are as for `check_place`.
-
-    Returns:
-        The new file `mark`, open for writing: the directory is this process's until it is closed.
-
-    Raises:
-        InputError: another process is writing there, it is something else, or it cannot be written.
+    Returns the new file `mark`, open for writing: the directory is this process's until it is closed. Raises InputError
+    if another process is writing there, it is something else (see `check_place`), or it cannot be written.
     """
     check_place(directory, True, mark, what)
     busy = InputError(f"Another process is writing '{directory}'. Wait for it, or choose another --out.")

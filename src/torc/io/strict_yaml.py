@@ -2,20 +2,23 @@
 
 from collections import Counter
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
 import yaml
-from pydantic import BaseModel, BeforeValidator, ValidationError
-from pydantic_core import PydanticCustomError
+from pydantic import BeforeValidator, TypeAdapter, ValidationError
 
 from torc.errors import InputError
 from torc.io.reading import read_text
 
-_Model = TypeVar("_Model", bound=BaseModel)
+_Model = TypeVar("_Model")
 _REMEDIES = {
     "missing": "is missing; add it",
-    "extra_forbidden": "is not a field of this format; remove it or check its spelling",
+    **dict.fromkeys(
+        ("extra_forbidden", "unexpected_keyword_argument"),
+        "is not a field of this format; remove it or check its spelling",
+    ),
     "finite_number": "must be a finite number",
     "string_type": "must be text; put it in quotes",
     "string_unicode": "has characters that are none; remove them",
@@ -47,9 +50,8 @@ class _PlainLoader(FAST_LOADER):  # type: ignore[misc, valid-type]
 def _check_plain(text: str) -> None:
     """Refuse YAML that is not plain.
 
-    Raises:
-        YAMLError: an alias (a small file could expand to a huge one), or a tag (SafeLoader trusts `!!bool` blindly).
-        RecursionError: nesting beyond what people write (LibYAML would exhaust the stack).
+    Raises YAMLError for aliases (a small file could expand to a huge one) and tags (SafeLoader trusts `!!bool`
+    blindly), and RecursionError for nesting beyond what people write (LibYAML would exhaust the stack).
     """
     depth = 0
     for event in yaml.parse(text, Loader=_PlainLoader):
@@ -64,17 +66,10 @@ def _check_plain(text: str) -> None:
 
 
 def parse_plain_yaml(text: str, source: str, what: str, max_bytes: int, remedy: str) -> dict[Any, Any]:
-    """Return the mapping that a YAML text holds.
+    """Return the mapping that a YAML text holds, e.g. a "problem" (`what`).
 
-    Args:
-        text: the YAML.
-        source: names the file in errors.
-        what: the expected kind of file, e.g. "problem".
-        max_bytes: largest size of the text.
-        remedy: ends the message about unreadable YAML.
-
-    Raises:
-        InputError: too long, not YAML, aliases, tags, repeated keys, nested too deeply, or not a mapping.
+    `source` names the file in errors, `remedy` ends the message about unreadable YAML. Raises InputError if it is too
+    long, not YAML, nested too deeply or not a mapping, or has aliases, tags or repeated keys.
     """
     if len(text.encode()) > max_bytes:
         raise InputError(f"{source} is larger than {max_bytes} bytes: that is not a {what} file.")
@@ -90,35 +85,31 @@ def parse_plain_yaml(text: str, source: str, what: str, max_bytes: int, remedy: 
     return data
 
 
-def parse_yaml_as(
-    model: type[_Model],
-    text: str,
-    source: str,
-    what: str,
-    max_bytes: int,
-    remedy: str,
-    remedies: Mapping[str, str] | None = None,
+def validated(
+    model: type[_Model], content: Any, head: str, remedy: str = "", remedies: Mapping[str, str] | None = None
 ) -> _Model:
-    """Read a YAML text into a pydantic model; arguments as for `parse_plain_yaml` and `explain_faults`.
+    """Return plain data as a pydantic model, or as a dataclass with annotations for pydantic.
 
-    Raises:
-        InputError: the message names the field, the fault and the remedy.
+    Raises InputError: after `head`, such as "my.yaml is not a valid problem file", a line for each field with its fault
+    and remedy (see `explain_faults`), and at the end `remedy`.
     """
-    content = parse_plain_yaml(text, source, what, max_bytes, remedy)
     try:
-        return model.model_validate(content)
+        return _adapter(model).validate_python(content)
     except ValidationError as error:
-        faults = explain_faults(error, remedies)
-        raise InputError(f"{source} is not a valid {what} file:\n{faults}\n{remedy}") from None
+        raise InputError(f"{head}:\n{explain_faults(error, remedies)}\n{remedy}".rstrip()) from None
+
+
+_adapter: Any = cache(TypeAdapter)
 
 
 def read_yaml_as(model: type[_Model], path: Path, what: str, max_bytes: int, remedy: str) -> _Model:
-    """Read a YAML file into a pydantic model. Raises InputError like `parse_yaml_as`, or if it cannot be read."""
+    """Read a YAML file into a record. Raises InputError like `parse_plain_yaml` and `validated`."""
     try:
         text = read_text(path)
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"Cannot read the {what} file {path}: {error}. {remedy}") from None
-    return parse_yaml_as(model, text, str(path), what, max_bytes, remedy)
+    content = parse_plain_yaml(text, str(path), what, max_bytes, remedy)
+    return validated(model, content, f"{path} is not a valid {what} file", remedy)
 
 
 def printable(text: str) -> str:
@@ -133,7 +124,7 @@ def printable(text: str) -> str:
 
 def _no_boolean(value: Any) -> Any:
     if isinstance(value, bool):
-        raise PydanticCustomError("boolean_number", "must be a number, not true or false")
+        raise ValueError("must be a number, not true or false")
     return value
 
 

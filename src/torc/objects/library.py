@@ -66,22 +66,15 @@ def builtin_object_names() -> tuple[str, ...]:
 
 def has_object(name: str) -> bool:
     """Check whether there is a model of that name: shipped, made from a shipped one, or stored by the user."""
-    return name in _shipped() or _is_marked(name) or find_stored(name) is not None
-
-
-def _is_marked(name: str) -> bool:
-    return base_name(name) in _shipped()
+    return name in _shipped() or base_name(name) in _shipped() or find_stored(name) is not None
 
 
 def object_facts(name: str) -> ObjectFacts:
     """Return facts of a model. Raises UnknownNameError, or InputError if a stored one is damaged."""
     if name in _shipped():
         return _shipped()[name]
-    base = base_name(name)
-    if base is not None and base in _shipped():
-        return replace(
-            _shipped()[base], name=name, description=marked_description(_shipped()[base].description)
-        )
+    if base := _shipped().get(base_name(name) or ""):
+        return replace(base, name=name, description=marked_description(base.description))
     from torc.objects.object_files import read_entry
 
     entry = read_entry(_directory(name))
@@ -95,11 +88,10 @@ def object_description(name: str) -> str:
 
 def load_object(name: str) -> ObjectModel:
     """Load the model with that name. Raises UnknownNameError, or InputError if a stored one is damaged."""
-    base = base_name(name)
-    if base is not None and base in _shipped():
+    if base := _shipped().get(base_name(name) or ""):
         from torc.objects.marked import marked
 
-        return marked(load_stored(_directory(base)))
+        return marked(load_stored(SHIPPED_OBJECTS / base.name))
     return load_stored(_directory(name))
 
 
@@ -112,11 +104,9 @@ def _directory(name: str) -> Path:
 
 def store_directories() -> tuple[Path, ...]:
     """Return the directories of the user's objects, in search order; they need not exist."""
-    given = [
-        Path(p).expanduser() for p in os.environ.get(ENVIRONMENT_VARIABLE, "").split(os.pathsep) if p.strip()
-    ]
-    if given:
-        return tuple(given)
+    given = os.environ.get(ENVIRONMENT_VARIABLE, "").split(os.pathsep)
+    if directories := tuple(Path(p).expanduser() for p in given if p.strip()):
+        return directories
     data = os.environ.get("XDG_DATA_HOME", "")
     # The specification says to ignore relative paths.
     home = Path(data) if os.path.isabs(data) else Path("~/.local/share").expanduser()
@@ -140,10 +130,8 @@ def find_stored(name: str) -> Path | None:
 def load_stored(directory: Path) -> ObjectModel:
     """Load the object in a directory of a store; read once while its files are unchanged. Raises InputError."""
     files = [directory / name for name in ("object.yaml", "geometry.npz")]
-    # A missing one is reported where it is read.
-    stamps = tuple(
-        (s.st_ino, s.st_mtime_ns, s.st_size) for s in (file.stat() for file in files if file.exists())
-    )
+    stats = [file.stat() for file in files if file.exists()]  # a missing one is reported where it is read
+    stamps = tuple((s.st_ino, s.st_mtime_ns, s.st_size) for s in stats)
     return _load(directory.absolute(), stamps)
 
 
@@ -174,18 +162,13 @@ class GraspFact:
 
 
 @cache
-def all_grasp_facts() -> Mapping[str, GraspFact]:
-    """Return the grasp facts of the library's models, by name."""
-    return read_facts(FACTS_PATH)
-
-
-def read_facts(path: Path) -> Mapping[str, GraspFact]:
-    """Read facts from a file."""
+def read_facts(path: Path = FACTS_PATH) -> Mapping[str, GraspFact]:
+    """Return the grasp facts in a file by model: by default those of the library."""
     content = json.loads(read_text(path))
     return {name: GraspFact(**fact) for name, fact in content["models"].items()}
 
 
 def graspable(name: str) -> bool | None:
     """Return whether a model can be grasped as it stands, with nothing around it; None if never measured."""
-    fact = all_grasp_facts().get(name)
+    fact = read_facts().get(name)
     return None if fact is None else fact.standing > 0.0

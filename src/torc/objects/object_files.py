@@ -7,18 +7,17 @@ texture_0.png    one per textured surface
 
 import io
 import tempfile
-import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import yaml
-from jaxtyping import Float, UInt8
+from jaxtyping import UInt8
 from PIL import Image
 
 from torc.errors import InputError
 from torc.io.reading import read_bytes
-from torc.io.strict_yaml import FAST_LOADER, parse_plain_yaml
+from torc.io.strict_yaml import FAST_LOADER, parse_plain_yaml, validated
 from torc.objects.models import CollisionPiece, ObjectModel, VisualMesh, pieces_bounds
 from torc.objects.schema import (
     FORMAT,
@@ -31,14 +30,15 @@ from torc.objects.schema import (
     MIN_SIZE_M,
     ObjectFile,
     ObjectSource,
+    PieceEntry,
     VisualEntry,
-    validated,
 )
 
 OBJECT_FILE, GEOMETRY_FILE = "object.yaml", "geometry.npz"
 MAX_GEOMETRY_BYTES, MAX_PNG_BYTES = 48 * 2**20, 32 * 2**20
 _FACTS = ("name", "kind", "description", "mass_kg", "friction", "rolls", "held_out", "size_m")
 """Fields that a model and its file share."""
+_INVALID = f"is not a valid object ({FORMAT})"
 _MAX_NUMBER = 1e30
 """Larger numbers do not fit the single precision of physics and pictures."""
 _FRAME_TOLERANCE_M = 1e-5
@@ -102,7 +102,7 @@ def load_object_directory(directory: Path | str, trusted: bool = False) -> Objec
     pieces = tuple(
         CollisionPiece(
             **piece.model_dump(),
-            vertices=arrays.numbers(f"piece_{i}_vertices", 3, MAX_PIECE_VERTICES)
+            vertices=arrays.rows(f"piece_{i}_vertices", 3, MAX_PIECE_VERTICES)
             if piece.kind == "mesh"
             else None,
         )
@@ -120,7 +120,7 @@ def read_entry(directory: Path) -> ObjectFile:
     path = directory / OBJECT_FILE
     text = read_bytes(path, MAX_YAML_BYTES, "an object's description").decode("utf-8-sig", "backslashreplace")
     content = parse_plain_yaml(text, str(path), "object", MAX_YAML_BYTES, "Import the object again.")
-    entry = validated(content, str(path))
+    entry = validated(ObjectFile, content, f"{path} {_INVALID}")
     if entry.name != directory.name:
         raise InputError(
             f"{path}: the object is called '{entry.name}', its directory '{directory.name}'. Give both one name."
@@ -150,14 +150,10 @@ def _write(model: ObjectModel, directory: Path, source: ObjectSource) -> None:
             arrays[f"piece_{i}_vertices"] = np.ascontiguousarray(piece.vertices, dtype=np.float64)
     np.savez_compressed(directory / GEOMETRY_FILE, **arrays)  # type: ignore[arg-type]
     facts = {name: getattr(model, name) for name in _FACTS}
-    content = {"format": FORMAT, **facts, "source": source, "pieces": list(model.pieces), "visuals": visuals}
-    text = yaml.safe_dump(
-        validated(content, f"'{model.name}'").model_dump(mode="json"),
-        sort_keys=False,
-        default_flow_style=None,
-        width=110,
-        allow_unicode=True,
-    )
+    pieces = [{name: getattr(piece, name) for name in PieceEntry.model_fields} for piece in model.pieces]
+    content = {"format": FORMAT, **facts, "source": source, "pieces": pieces, "visuals": visuals}
+    entry = validated(ObjectFile, content, f"'{model.name}' {_INVALID}").model_dump(mode="json")
+    text = yaml.safe_dump(entry, sort_keys=False, default_flow_style=None, width=110, allow_unicode=True)
     (directory / OBJECT_FILE).write_text(text, encoding="utf-8")
 
 
@@ -169,27 +165,31 @@ class _Arrays:
         data = io.BytesIO(read_bytes(path, MAX_GEOMETRY_BYTES, "an object's geometry"))
         try:
             with np.load(data, allow_pickle=False) as arrays:
-                self._arrays: Mapping[str, np.ndarray] = dict(arrays)
+                self._arrays = dict(arrays)
         except Exception as error:  # numpy and zipfile raise anything for damaged files
             raise InputError(f"{path} is not a readable .npz file: {error}.") from None
 
-    def numbers(self, name: str, columns: int, most: int) -> Float[np.ndarray, "n k"]:
+    def rows(self, name: str, columns: int, most: int, kind: str = "f") -> np.ndarray:
         """Return an array of finite numbers with 1 to `most` rows."""
-        array = self._rows(name, columns, most, "f").astype(np.float64)
+        array = np.asarray(self._arrays.get(name))
+        if array.dtype.kind != kind or array.shape[1:] != (columns,) or not 0 < len(array) <= most:
+            raise InputError(
+                f"{self._path}, array {name} is missing, or not of kind '{kind}' with 1 to {most} rows of {columns}."
+            )
         if not (np.abs(array) < _MAX_NUMBER).all():
             raise InputError(f"{self._path}, array {name} holds numbers that are not finite, or huge.")
-        return array
+        return array if kind == "i" else array.astype(np.float64)
 
     def visual(self, i: int, entry: VisualEntry) -> VisualMesh:
         """Return a surface, with its texture."""
-        vertices = self.numbers(f"visual_{i}_vertices", 3, MAX_VERTICES)
-        uv = self.numbers(f"visual_{i}_uv", 2, MAX_VERTICES) if entry.uv else None
-        normals = self.numbers(f"visual_{i}_normals", 3, MAX_VERTICES) if entry.normals else None
+        vertices = self.rows(f"visual_{i}_vertices", 3, MAX_VERTICES)
+        uv = self.rows(f"visual_{i}_uv", 2, MAX_VERTICES) if entry.uv else None
+        normals = self.rows(f"visual_{i}_normals", 3, MAX_VERTICES) if entry.normals else None
         if any(rows is not None and len(rows) != len(vertices) for rows in (uv, normals)):
             raise InputError(
                 f"{self._path}: visual_{i}_uv and visual_{i}_normals must have one row per vertex."
             )
-        faces = self._rows(f"visual_{i}_faces", 3, MAX_FACES, "i")
+        faces = self.rows(f"visual_{i}_faces", 3, MAX_FACES, "i")
         if faces.min() < 0 or faces.max() >= len(vertices):
             raise InputError(
                 f"{self._path}, array visual_{i}_faces points beyond the {len(vertices)} vertices."
@@ -197,55 +197,44 @@ class _Arrays:
         texture = None if entry.texture is None else _texture(self._path.with_name(entry.texture))
         return VisualMesh(vertices, faces.astype(np.int32), uv, texture, entry.rgba, normals)
 
-    def _rows(self, name: str, columns: int, most: int, kind: str) -> np.ndarray:
-        array = np.asarray(self._arrays.get(name))
-        if array.dtype.kind != kind or array.shape[1:] != (columns,) or not 0 < len(array) <= most:
-            raise InputError(
-                f"{self._path}, array {name} is missing, or not of kind '{kind}' with 1 to {most} rows of {columns}."
-            )
-        return array
-
 
 def _texture(path: Path) -> UInt8[np.ndarray, "h w 3"]:
     """Return a PNG's colours, dropping transparency. Raises InputError."""
     data = io.BytesIO(read_bytes(path, MAX_PNG_BYTES, "a texture"))
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error", Image.DecompressionBombWarning)
-            with Image.open(data, formats=("PNG",)) as image:
-                if max(image.size) > MAX_TEXTURE_PX:
-                    raise ValueError(f"its sides have at most {MAX_TEXTURE_PX} pixels, not {image.size}")
-                return np.array(image.convert("RGB"))
+        with Image.open(data, formats=("PNG",)) as image:
+            if max(image.size) > MAX_TEXTURE_PX:
+                raise ValueError(f"its sides have at most {MAX_TEXTURE_PX} pixels, not {image.size}")
+            return np.array(image.convert("RGB"))
     except Exception as error:  # Pillow raises anything for damaged files
         raise InputError(f"{path} is no readable picture (PNG): {error}. Save it anew as a PNG.") from None
 
 
 def check_model(model: ObjectModel, directory: Path) -> None:
     """Raise InputError if the physics would reject the object, or its frame is off."""
-    if fault := _fault(model):
+    for fault in _faults(model):
         raise InputError(f"{directory}: {fault} Import the mesh again.")
 
 
-def _fault(model: ObjectModel) -> str:
+def _faults(model: ObjectModel) -> Iterator[str]:
     for i, piece in enumerate(model.pieces):
         if piece.vertices is not None and np.abs(piece.vertices).max() > 2 * MAX_SIZE_M:
-            return f"the corners of pieces[{i}] lie far from its own frame."
+            yield f"the corners of pieces[{i}] lie far from its own frame."
         if not _is_solid(piece):
-            return f"pieces[{i}] is flat or degenerate; a piece must enclose a volume."
+            yield f"pieces[{i}] is flat or degenerate; a piece must enclose a volume."
     lower, upper = pieces_bounds(model.pieces)
     if np.abs(lower + upper).max() > 2 * _FRAME_TOLERANCE_M:
         center = ((lower + upper) / 2).round(5).tolist()
-        return f"the pieces' bounding box is centred at {center}, not at the origin."
+        yield f"the pieces' bounding box is centred at {center}, not at the origin."
     if np.abs(upper - lower - model.size_m).max() > 2 * _FRAME_TOLERANCE_M:
-        return f"size_m is {list(model.size_m)}, but the pieces measure {(upper - lower).round(5).tolist()}."
+        yield f"size_m is {list(model.size_m)}, but the pieces measure {(upper - lower).round(5).tolist()}."
     if np.abs(np.concatenate([v.vertices for v in model.visuals])).max() > 2.0 * max(model.size_m):
-        return "the visible surface reaches far beyond the contact pieces."
+        yield "the visible surface reaches far beyond the contact pieces."
     corners = np.concatenate([v.vertices[v.faces] for v in model.visuals])
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area_m2 = 0.5 * float(np.linalg.norm(cross, axis=1).sum())
     if not _LEAST_M2 <= area_m2 <= _MOST_M2:
-        return f"its surfaces have {area_m2:.2g} m2 in all; it must be {_LEAST_M2:.2g} to {_MOST_M2:g}."
-    return ""
+        yield f"its surfaces have {area_m2:.2g} m2 in all; it must be {_LEAST_M2:.2g} to {_MOST_M2:g}."
 
 
 def _is_solid(piece: CollisionPiece) -> bool:

@@ -1,22 +1,13 @@
 """The schema of object.yaml and its limits."""
 
 import math
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
-from pydantic import (
-    AfterValidator,
-    BaseModel,
-    ConfigDict,
-    Field,
-    ValidationError,
-    field_validator,
-    model_validator,
-)
+from pydantic import AfterValidator, BaseModel, Field, model_validator
 
-from torc.errors import InputError
 from torc.geometry.transforms import Pose, make_pose, rotation_from_wxyz
-from torc.io.strict_yaml import Number, explain_faults, printable
-from torc.objects.models import PieceKind, Quat
+from torc.io.strict_yaml import Number, printable
+from torc.objects.models import PieceKind, Quat, Vec3
 
 FORMAT = "torc-object/1"
 NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9_.\-]{0,63}$"
@@ -34,7 +25,6 @@ MIN_SIZE_M, MAX_SIZE_M = 0.003, 1.0
 MIN_MASS_KG, MAX_MASS_KG = 0.001, 30.0
 MIN_FRICTION, MAX_FRICTION = 0.05, 3.0
 
-_STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
 _PIECE_SIZES = {"box": 3, "cylinder": 2, "sphere": 1, "capsule": 2, "ellipsoid": 3, "mesh": 0}
 _Length = Annotated[Number, Field(gt=0.0, le=MAX_SIZE_M)]
 _Coordinate = Annotated[Number, Field(ge=-1e6, le=1e6)]
@@ -53,14 +43,19 @@ def _unit(wxyz: Quat) -> Quat:
     return wxyz
 
 
+def _thick_enough(size_m: Vec3) -> Vec3:
+    if min(size_m) < MIN_SIZE_M:
+        raise ValueError(f"every edge must be at least {1000 * MIN_SIZE_M:.0f} mm.")
+    return size_m
+
+
 Name = Annotated[str, Field(pattern=NAME_PATTERN)]
 Description = Annotated[str, Field(min_length=1, max_length=MAX_DESCRIPTION), AfterValidator(_line)]
 _Note = Annotated[str, Field(max_length=2000), AfterValidator(_line)]
 _Unit = Annotated[tuple[Number, Number, Number, Number], AfterValidator(_unit)]
 
 
-class PieceEntry(BaseModel):
-    model_config = _STRICT
+class PieceEntry(BaseModel, extra="forbid", allow_inf_nan=False):
     kind: PieceKind
     size: Annotated[tuple[_Length, ...], Field(max_length=3)] = ()
     position: tuple[_Coordinate, _Coordinate, _Coordinate] = (0.0, 0.0, 0.0)
@@ -75,8 +70,7 @@ class PieceEntry(BaseModel):
         return self
 
 
-class VisualEntry(BaseModel):
-    model_config = _STRICT
+class VisualEntry(BaseModel, extra="forbid", allow_inf_nan=False):
     rgba: tuple[_Color, _Color, _Color, _Color] = (1.0, 1.0, 1.0, 1.0)
     texture: Annotated[str, Field(pattern=r"^texture_[0-9]{1,2}\.png$")] | None = None
     uv: bool = False
@@ -89,14 +83,13 @@ class VisualEntry(BaseModel):
         return self
 
 
-class ObjectSource(BaseModel):
+class ObjectSource(BaseModel, extra="forbid", allow_inf_nan=False, frozen=True):
     """Where an imported object comes from.
 
     A mesh file (empty if there is none), its hash, and a note for people, e.g. a licence. A point p of it is R(wxyz)
     (scale * p) + position in the model frame.
     """
 
-    model_config = ConfigDict(extra="forbid", allow_inf_nan=False, frozen=True)
     file: Annotated[str, Field(max_length=255), AfterValidator(_line)] = ""
     sha256: Annotated[str, Field(pattern=r"^([0-9a-f]{64})?$")] = ""
     note: _Note = ""
@@ -110,8 +103,7 @@ class ObjectSource(BaseModel):
         return make_pose(rotation_from_wxyz(self.wxyz), self.position)
 
 
-class ObjectFile(BaseModel):
-    model_config = _STRICT
+class ObjectFile(BaseModel, extra="forbid", allow_inf_nan=False):
     format: Literal["torc-object/1"]
     name: Name
     kind: Name
@@ -120,22 +112,7 @@ class ObjectFile(BaseModel):
     friction: Annotated[Number, Field(ge=MIN_FRICTION, le=MAX_FRICTION)] = 0.8
     rolls: bool = False
     held_out: bool = True
-    size_m: tuple[_Length, _Length, _Length]
+    size_m: Annotated[tuple[_Length, _Length, _Length], AfterValidator(_thick_enough)]
     source: ObjectSource = ObjectSource()
     pieces: Annotated[list[PieceEntry], Field(min_length=1, max_length=MAX_PIECES)]
     visuals: Annotated[list[VisualEntry], Field(min_length=1, max_length=MAX_VISUALS)]
-
-    @field_validator("size_m")
-    @classmethod
-    def _thick_enough(cls, size_m: tuple[float, float, float]) -> tuple[float, float, float]:
-        if min(size_m) < MIN_SIZE_M:
-            raise ValueError(f"every edge must be at least {1000 * MIN_SIZE_M:.0f} mm.")
-        return size_m
-
-
-def validated(content: dict[Any, Any], where: str) -> ObjectFile:
-    """Validate the content of an object.yaml; records may stand for their entries. Raises InputError."""
-    try:
-        return ObjectFile.model_validate(content, from_attributes=True)
-    except ValidationError as error:
-        raise InputError(f"{where} is not a valid object ({FORMAT}):\n{explain_faults(error)}") from None

@@ -9,24 +9,42 @@ objects:
   model: mug_red                # see `torc objects list`
   position: [0.72, -0.10, 1.0975]   # of the model's origin, world frame, metres
   wxyz: [1.0, 0.0, 0.0, 0.0]
+
+The annotations of the records say what each field may hold; a file is checked by them.
 """
 
 import os
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Literal
 
 import yaml
 
 from torc.errors import InputError, UnknownNameError
 from torc.geometry.transforms import Pose, make_pose, rotation_from_wxyz
 from torc.io.reading import read_text
-from torc.objects.models import Quat, Vec3
-from torc.problems.schema import FORMAT, Category, Scalar, read_problem_file
+from torc.io.strict_yaml import parse_plain_yaml, validated
+from torc.objects.schema import Name
+from torc.problems.schema import (
+    REMEDIES,
+    STRICT,
+    Category,
+    Model,
+    Objects,
+    Origin,
+    Position,
+    Rotation,
+    Text,
+    WorkspaceName,
+)
 from torc.problems.sets import is_problem_set, problem_names, shipped_path
 from torc.robots.names import robot_names
 
+FORMAT = "torc-problem/1"
+MAX_BYTES = 64_000
+"""Several times what the fullest problem needs: YAML's reader takes a minute for a megabyte."""
+_REMEDY = "Compare with a shipped problem."
 ROBOT_KEYS = NAME_KEY, SOURCE_KEY = "robot", "robot_source"
 """Keys of a problem's origin: the robot's name, and the fingerprint of its files if it is user-defined."""
 
@@ -45,10 +63,12 @@ class ObjectPlacement:
         wxyz: unit quaternion.
     """
 
-    name: str
-    model: str
-    position: Vec3
-    wxyz: Quat
+    name: Name
+    model: Model
+    position: Position
+    wxyz: Rotation = (1.0, 0.0, 0.0, 0.0)
+
+    __pydantic_config__ = STRICT
 
     @cached_property
     def T_world_object(self) -> Pose:
@@ -72,15 +92,17 @@ class Problem:
         workspace: the workspace that it needs; "" for any.
     """
 
-    name: str
+    name: Name
     category: Category
-    description: str
-    target: str
-    objects: tuple[ObjectPlacement, ...]
-    notes: str = ""
-    origin: dict[str, Scalar] = field(default_factory=dict)
-    target_model: str = ""
-    workspace: str = ""
+    description: Text
+    target: Name
+    objects: Objects[ObjectPlacement]
+    notes: Text = ""
+    origin: Origin = field(default_factory=dict)
+    target_model: Model | Literal[""] = ""
+    workspace: WorkspaceName = ""
+
+    __pydantic_config__ = STRICT
 
     @property
     def absent(self) -> bool:
@@ -107,45 +129,54 @@ def load_problem(name_or_path: str | os.PathLike[str]) -> Problem:
         InputError: there is no such problem, or the file is wrong; the message names file, field and remedy.
     """
     path = _find(name_or_path)
-    return parse_problem(_read(path), str(path))
+    try:
+        text = read_text(path)
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{path} cannot be read: {error}.") from None
+    return parse_problem(text, str(path))
 
 
 def parse_problem(text: str, source: str = "problem") -> Problem:
     """Read a problem from YAML text; `source` names it in errors. Raises InputError."""
-    parsed = read_problem_file(text, source)
-    names = [o.name for o in parsed.objects]
-    if parsed.target_model and parsed.target in names:
+    content = parse_plain_yaml(text, source, "problem", MAX_BYTES, _REMEDY)
+    head = f"{source} is not a valid problem file"
+    if content.pop("format", None) != FORMAT:
+        raise InputError(f"{head}:\n  format: must be {FORMAT}\n{_REMEDY}")
+    problem = validated(Problem, {"description": "", **content}, head, _REMEDY, REMEDIES)
+    names = [o.name for o in problem.objects]
+    if problem.absent and problem.target in names:
         raise InputError(
-            f"{source}, target_model: it is for a target that is not there, but '{parsed.target}' is one of the "
+            f"{source}, target_model: it is for a target that is not there, but '{problem.target}' is one of the "
             "objects. Leave target_model out, or give the target another name."
         )
-    if not parsed.target_model and parsed.target not in names:
+    if not problem.absent and problem.target not in names:
         raise InputError(
-            f"{source}, target: {UnknownNameError('object', parsed.target, names)} Use one of these names, or give the "
-            "target_model of a target that is not there."
+            f"{source}, target: {UnknownNameError('object', problem.target, names)} Use one of these names, or give "
+            "the target_model of a target that is not there."
         )
-    objects = tuple(ObjectPlacement(o.name, o.model, o.position, o.wxyz) for o in parsed.objects)
-    facts = ("name", "category", "description", "target", "notes", "origin", "target_model", "workspace")
-    return Problem(objects=objects, **{fact: getattr(parsed, fact) for fact in facts})
+    return problem
 
 
 def problem_text(problem: Problem) -> str:
     """Return the YAML of a problem; `parse_problem` reads it back. Raises InputError if the problem is not valid."""
-    data: dict[str, Any] = {"format": FORMAT, "name": problem.name, "category": problem.category}
-    data["description"] = problem.description
-    if problem.notes:
-        data["notes"] = problem.notes
-    if problem.origin:
-        data["origin"] = dict(problem.origin)
-    data["target"] = problem.target
-    if problem.absent:
-        data["target_model"] = problem.target_model
-    if problem.workspace:
-        data["workspace"] = problem.workspace
-    for o in problem.objects:
-        pose = {"position": [float(v) for v in o.position], "wxyz": [float(v) for v in o.wxyz]}
-        data.setdefault("objects", []).append({"name": o.name, "model": o.model, **pose})
-    text = yaml.safe_dump(data, sort_keys=False, default_flow_style=None, width=110, allow_unicode=True)
+    keys = ("name", "category", "description", "notes", "origin", "target", "target_model", "workspace")
+    data = {k: value for k in keys if (value := getattr(problem, k)) or k == "description"}
+    objects = [
+        {
+            "name": o.name,
+            "model": o.model,
+            "position": [*map(float, o.position)],
+            "wxyz": [*map(float, o.wxyz)],
+        }
+        for o in problem.objects
+    ]
+    text = yaml.safe_dump(
+        {"format": FORMAT, **data, "objects": objects},
+        sort_keys=False,
+        default_flow_style=None,
+        width=110,
+        allow_unicode=True,
+    )
     parse_problem(text, f"problem '{problem.name}'")
     return text
 
@@ -178,13 +209,6 @@ def _find(name_or_path: str | os.PathLike[str]) -> Path:
     if shipped is None:
         raise UnknownNameError("problem", name, list(problem_names()), lister="torc problems list")
     return shipped
-
-
-def _read(path: Path) -> str:
-    try:
-        return read_text(path)
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path} cannot be read: {error}.") from None
 
 
 def robot_wanted(problem: Problem) -> str:

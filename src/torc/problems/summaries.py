@@ -2,7 +2,6 @@
 
 import os
 from dataclasses import dataclass
-from pathlib import Path
 
 import yaml
 
@@ -27,16 +26,12 @@ def problem_summary(name_or_path: str) -> ProblemSummary:
     Raises:
         InputError: there is no such problem, or its file cannot be used.
     """
-    shipped = None if os.path.isfile(name_or_path) else shipped_path(name_or_path)
-    if shipped is not None:
-        return _of_shipped(shipped)
-    from torc.problems.problem import load_problem
+    path = None if os.path.isfile(name_or_path) else shipped_path(name_or_path)
+    if path is None:
+        from torc.problems.problem import load_problem
 
-    problem = load_problem(name_or_path)
-    return ProblemSummary(problem.name, problem.category, len(problem.objects), problem.description)
-
-
-def _of_shipped(path: Path) -> ProblemSummary:
+        problem = load_problem(name_or_path)
+        return ProblemSummary(problem.name, problem.category, len(problem.objects), problem.description)
     head, _, objects = path.read_text(encoding="utf-8").partition("\nobjects:\n")
     facts = yaml.load(head, Loader=_LOADER)  # a SafeLoader: builds plain values only
     count = sum(line.startswith("- ") for line in objects.splitlines())

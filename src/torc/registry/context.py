@@ -62,15 +62,17 @@ GIVEN = frozenset(field.name for field in fields(BuildContext))
 """The names of parameters that are not settings."""
 
 
-def signature_of(factory: Any) -> inspect.Signature | None:
-    """Return the signature of a class or function; None if it has none, like some compiled ones."""
+_ANYTHING = inspect.Signature([inspect.Parameter("options", inspect.Parameter.VAR_KEYWORD)])
+
+
+def signature_of(factory: Any) -> inspect.Signature:
+    """Return the signature of a class or function; one that takes anything if it has none, like compiled ones."""
     try:
         return inspect.signature(factory)
     except (TypeError, ValueError):
-        return None
+        return _ANYTHING
 
 
 def parameters(factory: Any) -> frozenset[str]:
     """Return the names of the arguments that something takes, as far as they are known."""
-    signature = signature_of(factory)
-    return frozenset() if signature is None else frozenset(signature.parameters)
+    return frozenset(signature_of(factory).parameters)

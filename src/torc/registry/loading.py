@@ -19,8 +19,8 @@ from typing import Any
 from torc.errors import InputError, TorcError, UnknownNameError
 from torc.io.digests import fingerprint
 from torc.registry.context import BuildContext, signature_of
-from torc.registry.kinds import FOLDERS, KINDS, Kind, declarable
-from torc.registry.settings import arguments
+from torc.registry.kinds import FOLDERS, Kind, declarable
+from torc.registry.settings import Settings, arguments
 from torc.satellites import not_installed, satellite_of_part
 
 PART = "PART"
@@ -30,38 +30,28 @@ PART = "PART"
 def make_part(
     kind: Kind[Any],
     name: str,
-    settings: Mapping[str, Any] | None = None,
+    settings: Settings | None = None,
     context: BuildContext | None = None,
     *,
     rough: bool = False,
 ) -> Any:
-    """Make the part of that name, or the class at "module:Class".
+    """Make the part of that name, or the class at "module:Class", with settings by their paths within the part.
 
-    Args:
-        kind: the kind of part.
-        name: its name.
-        settings: its settings, by their paths within the part.
-        context: other arguments it may receive, see `BuildContext`.
-        rough: depth has a sensor's errors; a part that has default settings for that is made with them.
-
-    Raises:
-        UnknownNameError: nobody registered that name, or the part has no such setting.
-        InputError: the class cannot be imported or made, or is not a part of this kind; the text says why.
+    If depth is `rough` (it has a sensor's errors), a part that has default settings for that is made with them. Raises
+    UnknownNameError if nobody registered that name, or the part has no such setting; and InputError if the class cannot
+    be imported or made, or is not a part of this kind.
     """
     factory = load_part(kind, name)
     return make_with(kind, name, arguments(factory, settings or {}, kind.option, rough), context)
 
 
-def make_with(
-    kind: Kind[Any], name: str, options: Mapping[str, Any], context: BuildContext | None = None
-) -> Any:
+def make_with(kind: Kind[Any], name: str, options: Settings, context: BuildContext | None = None) -> Any:
     """Make the part of that name with these arguments and those that it takes of `context`. Raises like `make_part`."""
     factory, what = load_part(kind, name), f"{kind.title} '{name}'"
     given = (context or BuildContext()).given_to(factory) | dict(options)
     signature = signature_of(factory)
     try:
-        if signature is not None:
-            signature.bind(**given)
+        signature.bind(**given)
     except TypeError as error:
         raise InputError(
             f"{what} does not take the options {sorted(given)}: {error}. It takes {signature}."
@@ -137,8 +127,9 @@ def load_object(what: str, path: str) -> Any:
     except AttributeError as error:
         raise InputError(f"{what}: {module_name} has no '{attribute}'.") from error
     except (Exception, SystemExit) as error:  # user-defined code may fail in any way
-        failed = f"importing {module_name} failed with {type(error).__name__}: {error}."
-        raise InputError(f"{what}: {failed}") from error
+        raise InputError(
+            f"{what}: importing {module_name} failed with {type(error).__name__}: {error}."
+        ) from error
     return found
 
 
@@ -150,7 +141,8 @@ def unknown_part(kind: Kind[Any], name: str, known: Iterable[str]) -> UnknownNam
 
 def part_paths(kind: Kind[Any]) -> dict[str, str]:
     """Return all known names with their "module:Class": shipped parts and those of installed packages."""
-    return {name: value for name, (value, _) in _installed(kind).items()} | _found(kind, _all_folders())
+    installed = {point.name: point.value for point in entry_points(group=kind.group)}
+    return installed | _found(kind, _all_folders())
 
 
 def shipped_paths(kind: Kind[Any]) -> Mapping[str, str]:
@@ -160,21 +152,15 @@ def shipped_paths(kind: Kind[Any]) -> Mapping[str, str]:
 
 def is_shipped(kind: Kind[Any], name: str) -> bool:
     """Return whether torc's version alone determines what this part does; a user-defined part counts by its source."""
-    if name in shipped_paths(kind):
-        return True
-    return satellite_of_part(kind.group, name) is not None
+    return name in shipped_paths(kind) or satellite_of_part(kind.group, name) is not None
 
 
 def part_lines(kind: Kind[Any]) -> dict[str, str]:
     """Return a line of help for every known name. No part is imported."""
-    lines = {name: line for name, (_, line) in _installed(kind).items()}
+    points = entry_points(group=kind.group)
+    lines = {point.name: f"of the package {point.value.partition('.')[0]}" for point in points}
     lines |= {name: _first_line(path) for name, path in _found(kind, _all_folders()).items()}
     return dict(sorted(lines.items()))
-
-
-def kinds_of(name: str) -> list[Kind[Any]]:
-    """Return the kinds that have a part of that name."""
-    return [kind for kind in KINDS if name in part_paths(kind)]
 
 
 def registered(group: str) -> dict[str, Callable[[], Any]]:
@@ -215,14 +201,6 @@ def _found(kind: Kind[Any], roots: tuple[str, ...]) -> dict[str, str]:
 
 def _all_folders() -> tuple[str, ...]:
     return (FOLDERS, *(point.value for point in entry_points(group=FOLDERS)))
-
-
-def _installed(kind: Kind[Any]) -> dict[str, tuple[str, str]]:
-    """Return the parts of installed packages: "module:Class", and the package's name."""
-    return {
-        point.name: (point.value, f"of the package {point.value.partition('.')[0]}")
-        for point in entry_points(group=kind.group)
-    }
 
 
 def _first_line(path: str) -> str:

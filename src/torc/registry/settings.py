@@ -31,16 +31,10 @@ def under(settings: Settings, stage: str) -> dict[str, Any]:
 
 
 def changed(config: Any, settings: Settings, stage: str) -> Any:
-    """Return a configuration (a frozen dataclass, possibly of nested ones) with these settings.
+    """Return a configuration (a frozen dataclass, possibly of nested ones) with these settings, by paths within it.
 
-    Args:
-        config: the configuration.
-        settings: values by their paths within it.
-        stage: stands before the paths in messages.
-
-    Raises:
-        UnknownNameError: a setting does not exist.
-        InputError: a value is of the wrong type, or refused by the configuration.
+    `stage` stands before the paths in messages. Raises UnknownNameError for a setting that does not exist, and
+    InputError for a value of the wrong type, or one that the configuration refuses.
     """
     for path, value in settings.items():
         config = _changed(config, path.split("."), value, f"{stage}.{path}")
@@ -48,26 +42,17 @@ def changed(config: Any, settings: Settings, stage: str) -> Any:
 
 
 def arguments(factory: Any, settings: Settings, stage: str, rough: bool = False) -> dict[str, Any]:
-    """Return the arguments that carry a part's settings.
+    """Return the arguments that carry a part's settings, given by their paths within the part.
 
     A part whose parameter `config` is annotated with a dataclass gets one with the settings; any other gets each
-    setting as an argument.
-
-    Args:
-        factory: the part's class, or a function that makes it.
-        settings: values by their paths within the part.
-        stage: stands before the paths in messages.
-        rough: start from the configuration for a sensor's depth, if there is one.
-
-    Raises:
-        UnknownNameError, InputError: as `changed`.
+    setting as an argument. With `rough` the configuration for a sensor's depth is changed, if there is one. Raises like
+    `changed`.
     """
     made_with = config_class(factory)
     if made_with is None:
-        signature = signature_of(factory)
-        taken = {} if signature is None else signature.parameters
+        taken = signature_of(factory).parameters
         known = [f"{stage}.{name}" for name in sorted({*taken} - GIVEN)]
-        anything = signature is None or any(p.kind is p.VAR_KEYWORD for p in taken.values())
+        anything = any(p.kind is p.VAR_KEYWORD for p in taken.values())
         for name in () if anything else settings:
             if f"{stage}.{name}" not in known:
                 raise UnknownNameError("setting", f"{stage}.{name}", known)
@@ -83,23 +68,22 @@ def settings_of(factory: Any) -> list[tuple[str, Any]]:
     config = factory if is_dataclass(factory) else config_class(factory)
     if config is not None:
         return _of_fields(config, "")
-    signature = signature_of(factory)
-    taken = {} if signature is None else signature.parameters
     return [
         (name, REQUIRED if p.default is p.empty else p.default)
-        for name, p in taken.items()
+        for name, p in signature_of(factory).parameters.items()
         if name not in GIVEN and p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)
     ]
 
 
 def _of_fields(config: Any, prefix: str) -> list[tuple[str, Any]]:
-    """Return the settings of a dataclass, or of an instance of one."""
     found: list[tuple[str, Any]] = []
     for field in fields(config):
-        value = REQUIRED if inspect.isclass(config) else getattr(config, field.name)
-        if inspect.isclass(config) and field.default is not MISSING:
+        value = REQUIRED
+        if not inspect.isclass(config):
+            value = getattr(config, field.name)
+        elif field.default is not MISSING:
             value = field.default
-        elif inspect.isclass(config) and field.default_factory is not MISSING:
+        elif field.default_factory is not MISSING:
             value = field.default_factory()
         path = prefix + field.name
         found += _of_fields(value, f"{path}.") if is_dataclass(value) else [(path, value)]

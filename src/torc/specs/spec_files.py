@@ -2,11 +2,11 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from typing import Any
+from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import BaseModel, ConfigDict, Field
 
-from torc.errors import InputError
+from torc.io.strict_yaml import validated
 from torc.specs.conditions import Conditions
 from torc.specs.trial import PlannerSpec, TrialSpec
 
@@ -35,19 +35,8 @@ def to_plain(spec: TrialSpec, sources: Sources) -> dict[str, Any]:
 
 def from_plain(data: Any, source: str) -> RecordedSpec:
     """Read a spec from plain data; `source` names it in errors. Raises InputError."""
-    if not isinstance(data, Mapping):
-        raise InputError(f"{source} holds no spec of a trial. It was not written by torc.")
-    found = data.get("format")
-    if found != TRIAL_SPEC_FORMAT:
-        raise InputError(
-            f"{source} is of format {found!r}; this torc reads {TRIAL_SPEC_FORMAT!r}. A newer torc may have written it."
-        )
-    try:
-        entry = _FILE.validate_python(data)
-    except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(map(str, first["loc"])) or "the whole"
-        raise InputError(f"{source}: {where}: {first['msg']}. It was not written by torc.") from None
+    head = f"{source} holds no trial's spec of the format {TRIAL_SPEC_FORMAT}; perhaps a newer torc wrote it"
+    entry = validated(_File, data, head)
     return RecordedSpec(TrialSpec(entry.problem, entry.planner, entry.seed, entry.conditions), entry.sources)
 
 
@@ -56,11 +45,9 @@ class _File(BaseModel):
 
     model_config = ConfigDict(extra="ignore", str_max_length=10_000)
 
+    format: Literal["torc-trial-spec/2"]
     problem: str
     planner: PlannerSpec
     seed: int = Field(default=0, ge=0)
     conditions: Conditions = Conditions()
     sources: dict[str, str] = {}
-
-
-_FILE = TypeAdapter(_File)

@@ -118,8 +118,5 @@ class TrialSpec:
 
 def settings_text(settings: Settings) -> str:
     """Return settings on one line, each by the last part of its path."""
-    return ", ".join(f"{path.rpartition('.')[2]}={_short(value)}" for path, value in settings.items())
-
-
-def _short(value: Any) -> Any:
-    return short_part_name(value) if isinstance(value, str) else value
+    shown = {k: short_part_name(v) if isinstance(v, str) else v for k, v in settings.items()}
+    return ", ".join(f"{path.rpartition('.')[2]}={value}" for path, value in shown.items())

@@ -7,6 +7,7 @@ The paper's set-up is `data/paper.yaml`, which `torc.workspace.workspace_files.l
 from dataclasses import dataclass
 
 import numpy as np
+from jaxtyping import Float
 
 from torc.geometry.transforms import Pose, intrinsics
 from torc.records import VoxelGrid
@@ -113,3 +114,12 @@ class Workspace:
     def static_boxes(self) -> tuple[Box, ...]:
         """Return all fixed obstacles: the table's board, the bin, and the other boxes."""
         return (self.table, *self.bin.boxes(), *self.obstacles)
+
+    def watched_table(self, across: int) -> Float[np.ndarray, "n 3"]:
+        """Return points of the region's floor that lie over the table, `across` along each side of the region."""
+        low, high = self.grid.origin, self.grid.upper
+        steps = (np.arange(across) + 0.5) / across
+        x, y = np.meshgrid(*(low[i] + steps * (high[i] - low[i]) for i in (0, 1)))
+        points = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, self.support_z_m)])
+        over = np.abs(points[:, :2] - np.array(self.table.center[:2])) <= np.array(self.table.size[:2]) / 2
+        return points[over.all(axis=1)]

@@ -1,19 +1,19 @@
 """Workspace files (`torc-workspace/1`): table, bin, camera and watched region."""
 
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from torc.errors import InputError, UnknownNameError
-from torc.geometry.transforms import look_at
+from torc.geometry.transforms import look_at, project
 from torc.io.digests import fingerprint
 from torc.io.strict_yaml import Number, read_yaml_as
 from torc.records import VoxelGrid
 from torc.workspace.description import Bin, Box, CameraMount, Room, Workspace
-from torc.workspace.faults import faults
 
 DATA = Path(__file__).parent / "data"
 """The directory of the shipped workspaces."""
@@ -22,8 +22,10 @@ EXAMPLE = DATA / "paper.yaml"
 _MAX_BYTES = 100_000
 _MAX_VOXELS = 20_000_000
 _SUPPORT_TOLERANCE_M = 0.005
-_FOV_DEG = (5.0, 160.0)
 _APART_M = 1e-3
+_ACROSS = 21
+_LEAST_SEEN = 0.05
+"""Least share of the region's floor over the table that the camera must see."""
 Positive = Annotated[Number, Field(gt=0.0)]
 Vec = tuple[Number, Number, Number]
 Size = tuple[Positive, Positive, Positive]
@@ -88,17 +90,7 @@ class _CameraEntry(_Strict):
     T_world_camera: list[list[Number]] | None = None
     width: Annotated[int, Field(ge=16, le=4096)] = 640
     height: Annotated[int, Field(ge=16, le=4096)] = 480
-    vertical_fov_deg: Number
-
-    @field_validator("vertical_fov_deg")
-    @classmethod
-    def _lens(cls, value: float) -> float:
-        low, high = _FOV_DEG
-        if low <= value <= high:
-            return value
-        turned = float(np.rad2deg(value))
-        hint = f". Is it in radians? Then write {turned:.1f}" if low <= turned <= high else ""
-        raise ValueError(f"must be {low:g} to {high:g} degrees, not {value:g}{hint}")
+    vertical_fov_deg: Annotated[Number, Field(ge=5.0, le=160.0)]
 
     @model_validator(mode="after")
     def _one_pose(self) -> "_CameraEntry":
@@ -112,13 +104,10 @@ class _CameraEntry(_Strict):
                 raise ValueError("T_world_camera must be a 4x4 rigid transform, without scale or mirror")
         elif self.position is not None and self.look_at is not None:
             view = np.subtract(self.look_at, self.position)
-            if np.linalg.norm(view) < _APART_M:
+            if np.linalg.norm(view[:2]) < max(_APART_M, 1e-6 * float(np.linalg.norm(view))):
                 raise ValueError(
-                    "look_at is the camera's position: give a point that it looks at, on the table"
-                )
-            if np.linalg.norm(view[:2]) < 1e-6 * np.linalg.norm(view):
-                raise ValueError(
-                    "it looks straight up or down: give T_world_camera, which also says how it is turned"
+                    "look_at is the camera's position, or straight above or below it: give a point on the table to its "
+                    "front, or T_world_camera, which also says how it is turned"
                 )
         return self
 
@@ -142,13 +131,8 @@ class _RoomEntry(_Strict):
     height: Positive
     open_above: bool = True
 
-    def room(self) -> Room:
-        return Room(self.center, self.size, self.height, self.open_above)
-
 
 class _WorkspaceFile(_Strict):
-    """The whole file."""
-
     format: Literal["torc-workspace/1"]
     name: Annotated[str, Field(pattern=r"^\w[\w .+-]{0,63}$")]
     table: _BoxEntry
@@ -176,7 +160,7 @@ def _shipped(name: str) -> Workspace:
 def _read(path: Path) -> Workspace:
     remedy = f"Compare it with a shipped one: {EXAMPLE}."
     entry = read_yaml_as(_WorkspaceFile, path, "workspace", _MAX_BYTES, remedy)
-    bin_, region = entry.bin, entry.region
+    bin_, region, room = entry.bin, entry.region, entry.room
     workspace = Workspace(
         table=Box("table", entry.table.center, entry.table.size),
         bin=Bin(bin_.floor_center, bin_.inner_size, bin_.wall),
@@ -186,12 +170,39 @@ def _read(path: Path) -> Workspace:
         obstacles=tuple(Box(o.name, o.center, o.size) for o in entry.obstacles),
         name=entry.name,
         # A file without a room reads as before rooms existed.
-        source=fingerprint(entry.model_dump(exclude=set() if entry.room else {"room"})),
-        room=None if entry.room is None else entry.room.room(),
+        source=fingerprint(entry.model_dump(exclude=set() if room else {"room"})),
+        room=None if room is None else Room(room.center, room.size, room.height, room.open_above),
     )
-    if found := faults(workspace):
-        listed = "".join(f"\n  {fault}" for fault in found)
-        raise InputError(
-            f"{path} is not a valid workspace file:{listed}\nCompare it with a shipped one: {EXAMPLE}."
-        )
+    if found := "".join(f"\n  {fault}" for fault in _faults(workspace)):
+        raise InputError(f"{path} is not a valid workspace file:{found}\n{remedy}")
     return workspace
+
+
+def _faults(workspace: Workspace) -> Iterator[str]:
+    """Yield mistakes, with the fields concerned: a camera that sees none of the table, a bin that misses its drops."""
+    camera, bin_ = workspace.camera, workspace.bin
+    (cx, cy, cz), (lx, ly, h), (x, y, z) = bin_.center, bin_.inner_size, workspace.drop_position
+    if abs(x - cx) > lx / 2 or abs(y - cy) > ly / 2 or z < cz + h:
+        yield "bin.drop_position: it is not above the bin's opening"
+    eye = camera.T_world_camera[:3, 3]
+    for box in (*workspace.static_boxes(), Box("bin", (cx, cy, cz + h / 2), bin_.inner_size)):
+        if (np.abs(eye - np.array(box.center)) < np.array(box.size) / 2).all():
+            yield f"camera.position: the camera is inside '{box.name}'; move it out"
+            return
+    floor = workspace.watched_table(_ACROSS)
+    if eye[2] <= workspace.support_z_m:
+        yield (
+            f"camera.position: the camera is at z = {eye[2]:.2f} m, below the table's upper side at "
+            f"{workspace.support_z_m:.2f} m; raise it"
+        )
+    elif len(floor) == 0:
+        yield "region: no part of it lies over the table; check region.origin and table.center"
+    else:
+        u, v, depth_m = project(floor, camera.K, camera.T_world_camera)
+        across, along = (u > -0.5) & (u < camera.width - 0.5), (v > -0.5) & (v < camera.height - 0.5)
+        seen = float(np.mean((depth_m > 0) & across & along))
+        if seen < _LEAST_SEEN:
+            yield (
+                f"camera: it sees {seen:.0%} of the watched part of the table. Check camera.position, look_at (or "
+                "T_world_camera: OpenCV axes, z forward) and vertical_fov_deg"
+            )

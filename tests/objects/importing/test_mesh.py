@@ -182,7 +182,22 @@ def test_senseless_options_are_refused(option: str, value: object) -> None:
 
 @pytest.mark.parametrize(
     ("stem", "name"),
-    [("My Box", "my_box"), ("_.cup-", "cup"), ("x" * 64, "x" * 64), ("a" + "-" * 62 + "mug", "mug")],
+    [
+        ("My Box", "my_box"),
+        ("_.cup-", "cup"),
+        ("x" * 64, "x" * 64),
+        ("a" + "-" * 62 + "mug", "mug"),
+        ("Tasse für Tee", "tasse_f_r_tee"),
+    ],
 )
 def test_names_are_made_of_file_names(stem: str, name: str) -> None:
     assert MeshOptions().name_for(Path(f"{stem}.obj")) == name
+
+
+def test_files_named_in_another_script_get_names_of_their_own() -> None:
+    files = ["茶.stl", "瓶子.stl", "杯子.obj", "Кружка.obj", "كوب.ply", "!!!.glb"]
+    names = [MeshOptions().name_for(Path(f)) for f in files]
+    assert len(set(names)) == len(files)
+    assert all(name.startswith("object_") and name.isascii() for name in names)
+    assert [MeshOptions().name_for(Path(f)) for f in files] == names
+    assert MeshOptions().description_for(Path("瓶子.stl")) == "the 瓶子"

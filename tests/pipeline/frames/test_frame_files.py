@@ -58,7 +58,7 @@ def test_integer_depth_has_a_scale(tmp_path: Path) -> None:
 def test_no_frame_at_all(tmp_path: Path) -> None:
     (tmp_path / "frame.txt").write_text("hello")
     (tmp_path / "frame.npz").write_bytes(b"hello")
-    for name, text in {"nothing": "no frame", "frame.txt": "neither", "frame.npz": "Cannot read"}.items():
+    for name, text in {"nothing": "no frame", "frame.txt": "neither", "frame.npz": "not a readable"}.items():
         with pytest.raises(InputError, match=text):
             load_frame(tmp_path / name)
     truncated = npz(tmp_path).read_bytes()
@@ -70,7 +70,7 @@ def test_no_frame_at_all(tmp_path: Path) -> None:
 def test_arrays_that_would_fill_the_memory_are_refused_unread(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("torc.io.bounded.MAX_ARRAY_BYTES", 1000)
+    monkeypatch.setattr("torc.io.record_files.MAX_ARRAY_BYTES", 1000)
     with pytest.raises(InputError, match="larger than"):
         load_frame(npz(tmp_path))
 

@@ -22,7 +22,7 @@ from tools.grasp_model.sampling import SamplingConfig
 from tools.grasp_model.scenes import SceneConfig
 from torc.errors import InputError
 from torc.grasping.geometric_planner import GeometricGraspPlanner
-from torc.objects.library import GraspFact, all_grasp_facts, load_object
+from torc.objects.library import GraspFact, load_object, read_facts
 from torc.objects.models import CollisionPiece, ObjectModel
 from torc.problems.problem import ObjectPlacement, Problem
 from torc.robots.description import RobotDescription
@@ -161,4 +161,4 @@ def test_a_die_is_held_and_a_flat_plate_is_not(bench: Bench) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["teacup_blue", "book_blue", "toy_plane_red"])
 def test_the_shipped_facts_are_what_is_measured(name: str, bench: Bench) -> None:
-    assert measure(name, *bench) == all_grasp_facts()[name]
+    assert measure(name, *bench) == read_facts()[name]

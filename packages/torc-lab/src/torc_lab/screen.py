@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import UInt8
 
 from torc import TorcError
-from torc.cli.web_page import PageOptions, check_web_libraries, served_app
+from torc.cli.pages import PageOptions, check_web_libraries, served_app
 
 if TYPE_CHECKING:
     from torc.web.frames import FrameBoard

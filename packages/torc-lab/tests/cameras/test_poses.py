@@ -11,7 +11,7 @@ from torc.errors import InputError
 from torc.geometry.transforms import make_pose, rotation_about, wxyz_from_rotation
 from torc.perception.stereo import made_up_pair
 from torc.registry.settings import changed
-from torc.specs.variants import plain_value
+from torc.specs.conditions import plain_value
 from torc_lab.cameras.poses import placed, read_pose
 
 ROWS = ",".join(str(v) for v in POSE.ravel())

@@ -224,13 +224,6 @@ def test_a_recorded_pair_is_matched_again(tmp_path, capsys):
     assert pixels[0] == pytest.approx(pixels[1], rel=0.2)
 
 
-def test_the_doctor_recognises_the_foreign_pyzed(monkeypatch, tmp_path, capsys):
-    (tmp_path / "pyzed.py").write_text("stranger = True\n")
-    monkeypatch.syspath_prepend(tmp_path)
-    _, out, _ = run_torc("doctor", capsys=capsys)
-    assert "note  pyzed: the installed package pyzed is not the ZED SDK's" in out
-
-
 def test_a_simulated_robot_sees_no_real_camera(frames, capsys):
     code, _, err = run_torc(
         *("run", "structured-01", "--camera", "recorded", "--camera.path", frames), capsys=capsys

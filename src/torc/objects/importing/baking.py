@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import trimesh
-from jaxtyping import Float, Int, UInt8
+from jaxtyping import Float, UInt8
 from scipy.spatial import cKDTree
 
 from torc.objects.importing.surfaces import Surface, shaded
@@ -25,8 +25,10 @@ def baked(sources: Sequence[Surface], net: Surface, texture_px: int) -> VisualMe
     corners = plain.vertices[plain.faces]
     side = int(np.ceil(np.sqrt(len(corners))))
     cell = max(_MIN_CELL_PX, texture_px // side)
+    x, y = (a.ravel() for a in np.meshgrid(np.arange(side), np.arange(side)))
+    cells = np.stack([x, y], axis=1)[np.argsort(_interleaved(x, y), kind="stable")]
     where = np.empty((len(corners), 2), np.int64)
-    where[np.argsort(_along_curve(corners.mean(axis=1)), kind="stable")] = _cells(side)[: len(corners)]
+    where[np.argsort(_along_curve(corners.mean(axis=1)), kind="stable")] = cells[: len(corners)]
     # Pixels of a cell where the triangle's corners lie, with a rim of one pixel around them.
     own_px = np.array([(1, 1), (cell - 2, 1), (1, cell - 2)], float)
     uv = (where[:, None] * cell + own_px + 0.5) / (side * cell)
@@ -100,9 +102,3 @@ def _along_curve(points: np.ndarray) -> np.ndarray:
     low = points.min(axis=0)
     cells = (1023 * (points - low) / max(float(np.ptp(points, axis=0).max()), 1e-12)).astype(np.int64)
     return _interleaved(*cells.T)
-
-
-def _cells(side: int) -> Int[np.ndarray, "k 2"]:
-    """Return the cells of a square in the order of a curve of this kind through the plane."""
-    x, y = (a.ravel() for a in np.meshgrid(np.arange(side), np.arange(side)))
-    return np.stack([x, y], axis=1)[np.argsort(_interleaved(x, y), kind="stable")]

@@ -85,7 +85,7 @@ def make_object(request: Mapping[str, Any], directory: Path) -> list[str]:
 
 
 def _sound(surfaces: Sequence[Surface], path: Path, notes: list[str]) -> list[Surface]:
-    found = [good for surface in surfaces if len((good := sound(surface)).faces)]
+    found = [surface for surface in map(sound, surfaces) if len(surface.faces)]
     dropped = sum(len(s.faces) for s in surfaces) - sum(len(s.faces) for s in found)
     if not found:
         raise InputError(f"{path} holds no usable triangles: all {dropped} are not finite.")
@@ -96,19 +96,13 @@ def _sound(surfaces: Sequence[Surface], path: Path, notes: list[str]) -> list[Su
 
 def _check_size(surfaces: Sequence[Surface], path: Path, scale: float) -> None:
     extent = np.ptp(np.concatenate([s.vertices for s in surfaces]), axis=0)
-    largest, thinnest = float(extent.max()), float(extent.min())
+    largest = float(extent.max())
     if not 2 * MIN_SIZE_M <= largest <= MAX_SIZE_M:
-        fitting = [f for f in _UNITS if 0.02 <= f * largest <= 0.6]
         remedy = "Give the metres per unit of the file with --scale."
-        if fitting:
+        if fitting := [f for f in _UNITS if 0.02 <= f * largest <= 0.6]:
             remedy = f"With --scale {fitting[0] * scale:g} it would be {_length(fitting[0] * largest)}."
         raise InputError(
             f"{path} is {_length(largest)} large; possible are {_length(2 * MIN_SIZE_M)} to {MAX_SIZE_M:g} m. {remedy}"
-        )
-    if thinnest < MIN_SIZE_M:
-        raise InputError(
-            f"{path} is {_length(thinnest)} thin; things thinner than {_length(MIN_SIZE_M)} slip through contacts. "
-            "Give it a thickness first."
         )
 
 
@@ -125,15 +119,14 @@ def _visuals(
     count = sum(len(s.faces) for s in surfaces)
     if contact.turned:
         surfaces = [replace(s, faces=s.faces[:, ::-1]) for s in surfaces]
-    painted = [
-        s for s in surfaces if s.texture is not None or s.colors is not None or s.rgba != surfaces[0].rgba
-    ]
+    rgba = surfaces[0].rgba
+    painted = any(s.texture is not None or s.colors is not None or s.rgba != rgba for s in surfaces)
     if count <= allowed and len(surfaces) <= MAX_VISUALS // 2 and all(s.colors is None for s in surfaces):
         visuals = [shaded(s) for s in surfaces]
     else:
         net = simplified(whole, allowed)
         faces = net.faces[:, ::-1] if contact.turned else net.faces
-        fewer = with_area(Surface(np.array(net.vertices), np.array(faces), rgba=surfaces[0].rgba))
+        fewer = with_area(Surface(np.array(net.vertices), np.array(faces), rgba=rgba))
         if count > len(fewer.faces):
             notes.append(f"To look at, {count} triangles were simplified to {len(fewer.faces)}.")
         if painted:
@@ -145,7 +138,6 @@ def _visuals(
 
 
 def _back(visual: VisualMesh) -> VisualMesh:
-    """Return the other side of a surface."""
     assert visual.normals is not None
     return replace(visual, faces=visual.faces[:, ::-1], normals=-visual.normals)
 
@@ -186,7 +178,10 @@ def _assembled(
     pieces = tuple(CollisionPiece("mesh", vertices=h + shift) for h in turned)
     size_m = _vec3(upper - lower)
     if min(size_m) < MIN_SIZE_M:
-        raise InputError(f"{path} is thinner than {_length(MIN_SIZE_M)}: it would slip through contacts.")
+        raise InputError(
+            f"{path} is {_length(min(size_m))} thin; things thinner than {_length(MIN_SIZE_M)} slip through contacts. "
+            "Give it a thickness first."
+        )
     name = options.name_for(path)
     model = ObjectModel(
         name=name,
@@ -201,14 +196,14 @@ def _assembled(
         held_out=True,  # the grasp model has never seen it
     )
     w, x, y, z = (float(v) for v in wxyz_from_rotation(R @ Y_UP if y_up else R))
-    file = "".join(c if c.isprintable() else "_" for c in path.name)
-    return model, ObjectSource(
-        file=file,
+    source = ObjectSource(
+        file="".join(c if c.isprintable() else "_" for c in path.name),
         sha256=file_fingerprint(path),
         scale=options.scale,
         position=_vec3(shift),
         wxyz=(w, x, y, z),
     )
+    return model, source
 
 
 def _mass_kg(path: Path, options: MeshOptions, pieces: Sequence[CollisionPiece]) -> float:

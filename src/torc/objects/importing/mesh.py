@@ -82,10 +82,8 @@ class MeshOptions:
         ):
             if value is not None and not low <= value <= high:
                 raise InputError(f"The {what} must be between {low:g} and {high:g}, not {value}.")
-        words = self.description
-        if words is not None and not (
-            words.strip() and len(words) <= MAX_DESCRIPTION and words.isprintable()
-        ):
+        words = "the object" if self.description is None else self.description
+        if not (words.strip() and len(words) <= MAX_DESCRIPTION and words.isprintable()):
             raise InputError(
                 f"A description is a line of 1 to {MAX_DESCRIPTION} characters that can be printed."
             )
@@ -105,9 +103,8 @@ class MeshOptions:
             return self.name
         name = re.sub(r"[^A-Za-z0-9_.\-]+", "_", path.stem).strip("_.-").lower()
         if not name or _unreadable(path):
-            name = f"object_{name}_{zlib.crc32(path.stem.encode(errors='surrogateescape')):08x}".replace(
-                "__", "_"
-            )
+            checksum = zlib.crc32(path.stem.encode(errors="surrogateescape"))
+            name = f"object_{name}_{checksum:08x}".replace("__", "_")
         return name[-64:].lstrip("_.-")  # files of a deep tree differ at the end
 
     def description_for(self, path: Path) -> str:
@@ -180,7 +177,7 @@ def _made(path: Path, options: MeshOptions, folder: Path) -> tuple[str, ...]:
             f"{path} could not be read: {answer.get('failed') or answer['ended']}. If the file is sound, simplify it "
             "or leave its textures out (--no-textures)."
         )
-    return tuple("".join(c if c.isprintable() else "?" for c in note[:300]) for note in answer["notes"][:20])
+    return tuple(answer["notes"])
 
 
 def run_child(request: Mapping[str, Any], folder: Path) -> dict[str, Any]:

@@ -21,9 +21,6 @@ Y_UP = np.array([[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 """From y up and the front towards +z (glTF) to z up and the front towards -x."""
 _MAX_NOTES = 20
 _SEE_THROUGH = ("BLEND", "MASK")
-_REMEDY = "Export it triangulated, without compression"
-_FLOAT, _UNSIGNED_BYTE = 5126, 5121
-_READ_TYPES = {"POSITION": (_FLOAT,), "TEXCOORD_0": (_FLOAT,), "COLOR_0": (_FLOAT, _UNSIGNED_BYTE)}
 _READ_EXTENSIONS = re.compile(r"KHR_materials_\w+|KHR_lights_punctual|EXT_texture_webp|KHR_texture_transform")
 _OBJ_FACE = re.compile(rb"^f[ ]+(.+)$", re.MULTILINE)
 _OBJ_VERTEX = re.compile(rb"^v[ ]+(.+)$", re.MULTILINE)
@@ -44,7 +41,9 @@ def read_surfaces(
     try:
         scene = _load(path, neighbours, root is not None)
     except InputError as error:
-        raise InputError(f"{path}: {error}") from None
+        raise InputError(
+            f"{path}: {error} Export it triangulated, without compression and skeleton."
+        ) from None
     if neighbours.refused:
         raise InputError(
             f"{path} names '{neighbours.refused[0][:120]}', which is not below {neighbours.root}. Import the directory "
@@ -91,18 +90,29 @@ def _load(path: Path, neighbours: Neighbours, textures: bool) -> trimesh.Scene:
     data, kind = path.read_bytes(), path.suffix[1:].lower()
     if kind == "obj":
         data = data.replace(b"\t", b" ").replace(b"\r\n", b"\n").replace(b"\r", b"\n").replace(b"\\\n", b" ")
-        check_obj(data)
+        faces = [[int(word.split(b"/")[0]) for word in row.split()] for row in _OBJ_FACE.findall(data)]
+        vertices = np.array([row.split()[:3] for row in _OBJ_VERTEX.findall(data)], float)
+        _check_fans(vertices, [np.array(face) - (np.array(face) > 0) for face in faces])
     if kind == "glb":
-        check_glb(data)
+        header = json.loads(data[20 : 20 + int.from_bytes(data[12:16], "little")])
+        for extension in header.get("extensionsRequired", ()):
+            if not _READ_EXTENSIONS.fullmatch(extension):
+                raise InputError(f"It needs {extension[:80]}, which is not read.")
+        if any("skin" in node for node in header.get("nodes", ())):
+            raise InputError("A skeleton bends it (skin), which is not read.")
     with warnings.catch_warnings():
         warnings.simplefilter("error", DeprecationWarning)  # numpy's, for text that it reads only partly
         # "process" would join corners of different colours
         scene = trimesh.load_scene(
             io.BytesIO(data), kind, neighbours, process=False, skip_materials=not textures
         )
-    if kind == "ply":
-        for mesh in scene.geometry.values():
-            check_ply(mesh.metadata["_ply_raw"])
+    for elements in (mesh.metadata["_ply_raw"] for mesh in scene.geometry.values() if kind == "ply"):
+        if elements.get("face", {}).get("length"):
+            rows, known = elements["face"]["data"], elements["face"]["properties"]
+            polygons = rows[next(name for name in ("vertex_index", "vertex_indices") if name in known)]
+            polygons = polygons if isinstance(rows, dict) else polygons["f1"]  # f0 counts the corners
+            axes = [np.asarray(elements["vertex"]["data"][axis], float).ravel() for axis in "xyz"]
+            _check_fans(np.stack(axes, axis=1), list(polygons))
     return scene
 
 
@@ -110,9 +120,8 @@ def _placed(surface: Surface, T: Float[np.ndarray, "3 4"]) -> Surface:
     """Move the surface by an affine transform; if that mirrors it, flip its triangles."""
     with np.errstate(invalid="ignore", over="ignore"):  # vertices that are not finite are left out
         vertices = surface.vertices @ T[:, :3].T + T[:, 3]
-    return replace(
-        surface, vertices=vertices, faces=surface.faces[:, :: -1 if np.linalg.det(T[:, :3]) < 0 else 1]
-    )
+    turn = -1 if np.linalg.det(T[:, :3]) < 0 else 1
+    return replace(surface, vertices=vertices, faces=surface.faces[:, ::turn])
 
 
 def _plain(mesh: trimesh.Trimesh) -> Surface:
@@ -182,45 +191,6 @@ def _picture(image: Image.Image, path: Path, texture_px: int) -> UInt8[np.ndarra
     return np.asarray(colors, np.uint8)
 
 
-def check_glb(data: bytes) -> None:
-    """Raise InputError for a GLB with unsupported content, or ValueError if it has no readable header."""
-    header = json.loads(data[20 : 20 + int.from_bytes(data[12:16], "little")])
-    for extension in header.get("extensionsRequired", ()):
-        if not _READ_EXTENSIONS.fullmatch(extension):
-            raise _refusal(f"It needs {extension[:80]}")
-    if any("skin" in node for node in header.get("nodes", ())):
-        raise _refusal("A skeleton bends it (skin)", "Apply the pose and export it without")
-    accessors = header.get("accessors", ())
-    for part in (part for mesh in header.get("meshes", ()) for part in mesh["primitives"]):
-        indices = {"indices": part["indices"]} if "indices" in part else {}
-        used = {name: accessors[i] for name, i in (part["attributes"] | indices).items()}
-        if any("sparse" in a or "bufferView" not in a for a in used.values()):
-            raise _refusal("It has sparse or compressed accessors")
-        if any(used[k]["componentType"] not in types for k, types in _READ_TYPES.items() if k in used):
-            raise _refusal("Its numbers are quantized")
-
-
-def check_obj(text: bytes) -> None:
-    """Raise InputError for an OBJ, tabs replaced, with concave polygons; ValueError if it is not a valid OBJ."""
-    faces = [[int(word.split(b"/")[0]) for word in row.split()] for row in _OBJ_FACE.findall(text)]
-    vertices = np.array([row.split()[:3] for row in _OBJ_VERTEX.findall(text)], float)
-    _check_fans(vertices, [np.array(face) - (np.array(face) > 0) for face in faces])
-
-
-def check_ply(elements: dict[str, dict[str, Any]]) -> None:
-    """Raise InputError for a PLY whose elements trimesh misread."""
-    if not elements.get("face", {}).get("length"):
-        return
-    faces = elements["face"]["data"]
-    column = faces[next(n for n in ("vertex_index", "vertex_indices") if n in elements["face"]["properties"])]
-    if not isinstance(faces, dict):  # binary: all lists were read as if they were as long as the first
-        if len(np.unique(column["f0"])) > 1:
-            raise _refusal("Its polygons have different numbers of corners")
-        column = column["f1"]
-    axes = [np.asarray(elements["vertex"]["data"][axis], float).ravel() for axis in "xyz"]
-    _check_fans(np.stack(axes, axis=1), list(column))
-
-
 def _check_fans(vertices: Float[np.ndarray, "n 3"], faces: list[np.ndarray]) -> None:
     """Raise InputError if triangles from polygons' first corners do not make the polygons."""
     whole = folded = 0.0
@@ -233,8 +203,4 @@ def _check_fans(vertices: Float[np.ndarray, "n 3"], faces: list[np.ndarray]) -> 
         facing = np.einsum("ntd,nd->nt", triangles, normals / np.maximum(area, 1e-300)[:, None])
         whole, folded = whole + area.sum(), folded - np.minimum(facing, 0.0).sum()
     if folded > _FOLD * whole:
-        raise _refusal("It has concave polygons")
-
-
-def _refusal(what: str, remedy: str = _REMEDY) -> InputError:
-    return InputError(f"{what}, which is not read. {remedy}.")
+        raise InputError("It has concave polygons, which are not read.")

@@ -70,24 +70,14 @@ def check_library(library: Path | None = None) -> None:
 def add_object(
     imported: MeshImport, library: Path | None = None, overwrite: bool = False, note: str = ""
 ) -> MeshImport:
-    """Store an imported object.
+    """Store an imported object in a library, by default the first directory of the store, with a note for people.
 
-    Args:
-        imported: the object.
-        library: where to; by default the first directory of the store.
-        overwrite: replace an object of that name.
-        note: for people, e.g. the licence.
-
-    Returns:
-        What was stored: its description gets a number if another object has that description.
-
-    Raises:
-        InputError: the name is taken (and not overwrite), or the directory cannot be written.
+    Returns what was stored: its description gets a number if another object has that description. Raises InputError if
+    the name is taken (and not `overwrite`), or the directory cannot be written.
     """
     directory = check_name(imported.model.name, library, overwrite)
-    model = replace(
-        imported.model, description=unique_description(imported.model.description, imported.model.name)
-    )
+    model = imported.model
+    model = replace(model, description=unique_description(model.description, model.name))
     source = imported.source.model_copy(update={"note": note})
     save_object(model, directory, source, overwrite)
     return replace(imported, model=model, source=source)

@@ -36,9 +36,8 @@ class LookAlikes(SceneFamily):
 
     def finished(self, problem: Problem, inspector: Inspector, stillness: StillnessConfig) -> Problem:
         """Return the problem with a mark on its target, which changes nothing but what is seen."""
-        marked = tuple(
-            replace(o, model=o.model + SUFFIX) if o.name == problem.target else o for o in problem.objects
-        )
+        target, objects = problem.target, problem.objects
+        marked = tuple(replace(o, model=o.model + SUFFIX) if o.name == target else o for o in objects)
         return replace(problem, objects=marked, description=marked_description(problem.description))
 
 

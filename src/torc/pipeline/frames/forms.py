@@ -13,8 +13,9 @@ from pydantic import (
 
 from torc.errors import InputError
 from torc.geometry.transforms import Pose, invert
-from torc.io.bounded import read_arrays, read_json, read_pixels
-from torc.io.pictures import in_eight_bits
+from torc.io.pictures import in_eight_bits, read_pixels
+from torc.io.reading import read_json
+from torc.io.record_files import read_arrays
 from torc.io.strict_yaml import explain_faults
 from torc.pipeline.frames.names import UNUSED, our_names, plain_name
 from torc.pipeline.frames.plausibility import check_pose

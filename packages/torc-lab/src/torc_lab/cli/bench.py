@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
-from torc.cli.planner_options import planners_of
+from torc.cli.options import VlmOptions, planners_of
+from torc.cli.pages import PageOptions
 from torc.cli.printing import split_names, tell
-from torc.cli.vlm_options import VlmOptions
-from torc.cli.web_page import PageOptions
 
 if TYPE_CHECKING:
     from torc.benchmark.spec import BenchSpec

@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import tyro
 
 from torc import PlannerSpec, TrialSpec
+from torc.cli.options import VlmOptions, wanted_of
+from torc.cli.pages import PageOptions, check_web_libraries, served_page
 from torc.cli.printing import print_json
-from torc.cli.vlm_options import VlmOptions
-from torc.cli.wanted import wanted_of
-from torc.cli.web_page import PageOptions, check_web_libraries, served_page
 from torc.episode.viewer_links import trial_key
 from torc.registry.settings import Settings
 

@@ -6,8 +6,8 @@ from typing import Annotated
 
 import tyro
 
-from torc.cli.wanted import wanted_of
-from torc.cli.web_page import PageOptions
+from torc.cli.options import wanted_of
+from torc.cli.pages import PageOptions
 
 
 @dataclass(frozen=True)

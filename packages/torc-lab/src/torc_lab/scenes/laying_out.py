@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
 from torc import InputError, Observation
-from torc.cli.web_page import PageOptions
+from torc.cli.pages import PageOptions
 from torc.records import TARGET_ID
 from torc_lab.cameras.kinds import open_camera
 from torc_lab.devices import close_arm, close_camera, connect_arm

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import tyro
 
 from torc import InputError
+from torc.cli.options import VlmOptions
 from torc.cli.printing import print_json, printable, tell
-from torc.cli.vlm_options import VlmOptions
 from torc_next_object.data.opening import CAVEAT, SAMPLE
 
 if TYPE_CHECKING:

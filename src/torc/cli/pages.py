@@ -1,21 +1,104 @@
-"""`torc human`: a person as task planner."""
+"""`torc human` and `torc view`: commands that show a local page, and the server behind it."""
 
-from contextlib import nullcontext
+from __future__ import annotations
+
+import threading
+import webbrowser
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field
+from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from torc.cli.printing import split_names
-from torc.cli.web_page import PageOptions, check_web_libraries, served_page
+from torc.cli.printing import split_names, tell
+from torc.episode.viewer_links import VIEWER_PORT
+from torc.errors import MissingDependencyError, extra_remedy
 from torc.specs.conditions import Conditions
 
 if TYPE_CHECKING:
     from torc.episode.trial import Trial
     from torc.specs.trial import TrialSpec
+    from torc.web.app import Site
     from torc.web.frames import FrameBoard
     from torc.web.session import Session
+
+
+@dataclass(frozen=True)
+class PageOptions:
+    """Where the page is served."""
+
+    host: str = "127.0.0.1"
+    """Where to listen. Anything but this machine's own addresses makes a token that the browser needs."""
+    port: int = VIEWER_PORT
+    """0 for any free one."""
+    open: bool = False
+    """Open the browser."""
+
+
+def check_web_libraries() -> None:
+    """Raise MissingDependencyError if the server's libraries are not installed."""
+    if not all(find_spec(library) for library in ("starlette", "uvicorn")):
+        raise MissingDependencyError("The local web server", extra_remedy("web"))
+
+
+@contextmanager
+def served_page(site: Site, options: PageOptions, key: str = "") -> Iterator[None]:
+    """Serve the page during the block, and say where; it shows the trial of that key.
+
+    Raises InputError if host or port cannot be used.
+    """
+    from torc.web.app import make_app
+
+    with served_app(lambda token, port: make_app(site, token, port), options, key):
+        yield
+
+
+@contextmanager
+def served_app(make: Callable[[str | None, int], Any], options: PageOptions, key: str = "") -> Iterator[None]:
+    """Serve any application (a Starlette), made from a token, or None, and a port, during the block."""
+    from torc.web.serving import address, listen, serving_app, token_for
+
+    host, token = options.host, token_for(options.host)
+    sock = listen(host, options.port)
+    port = sock.getsockname()[1]
+    with serving_app(make(token, port), sock):
+        where = address(host, port, token) + (f"#{key}" if key else "")
+        tell(f"Open {where}\nCtrl-C ends it.")
+        if token:
+            tell(
+                "Whoever has that address can use the page. It is not encrypted: use it in a network that you trust."
+            )
+        if options.open:
+            webbrowser.open(where)
+        yield
+
+
+@dataclass(frozen=True)
+class ViewCommand:
+    """Show recorded trials in a browser, pick by pick: what the planner saw, what it chose and why, and the outcome.
+
+    The page is served to this machine only, and needs nothing from outside. Ctrl-C ends it.
+    """
+
+    directory: tyro.conf.Positional[Path]
+    """A trial (`torc run --out DIR`), or a directory with trials anywhere in it."""
+    page: PageOptions = field(default_factory=PageOptions)
+
+    def run(self) -> int:
+        check_web_libraries()
+        from torc.web.app import Site
+        from torc.web.shelf import open_shelf
+
+        shelf = open_shelf(self.directory)
+        try:
+            with served_page(Site(shelf), self.page):
+                threading.Event().wait()
+        except KeyboardInterrupt:
+            print()
+        return 0
 
 
 @dataclass(frozen=True)
@@ -49,9 +132,6 @@ class HumanCommand:
     conditions: Conditions = field(default_factory=Conditions)
 
     def run(self) -> int:
-        """Play until everything is complete, then keep the page until Ctrl-C."""
-        import threading
-
         check_web_libraries()
         from torc.pipeline.building import build_system
         from torc.problems.problem import load_problem
@@ -89,7 +169,7 @@ class HumanCommand:
             print(f"\n{left} of {len(queue.trials)} trials are left{more}")
         return 130 if queue.waiting() else 0
 
-    def _play(self, spec: "TrialSpec", out: Path, session: "Session", board: "FrameBoard | None") -> "Trial":
+    def _play(self, spec: TrialSpec, out: Path, session: Session, board: FrameBoard | None) -> Trial:
         from torc.episode.trial import Recording, run_trial
         from torc.web.frames import RobotCamera
         from torc.web.session import HumanPlanner

@@ -1,18 +1,76 @@
-"""The options that say which VLM is asked, and how."""
+"""Options that several commands share: robot and workspace, the target, task planners, the VLM and how it is asked."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
 from torc.errors import InputError
 
 if TYPE_CHECKING:
+    from torc.benchmark.spec import BenchPlanner
+    from torc.perception.protocol import Wanted
     from torc.vlm.cache import CacheConfig
     from torc.vlm.config import VlmConfig
+
+RobotOption = Annotated[
+    str,
+    tyro.conf.arg(
+        help="Robot: sda10f_2f85, ur5e_2f85, panda_hand, or a robot description file of your own (docs/robots.md)."
+    ),
+]
+WorkspaceOption = Annotated[
+    str, tyro.conf.arg(help="Table, bin and camera: paper, or a workspace file of your own (docs/robots.md).")
+]
+JsonOption = Annotated[bool, tyro.conf.arg(help="Print as JSON.")]
+
+
+def check_picture_name(path: Path, *endings: str) -> None:
+    """Raise InputError unless a picture's name has one of the endings; .jpeg counts as .jpg."""
+    if path.suffix.lower().replace(".jpeg", ".jpg") not in endings:
+        raise InputError(f"{path}: pictures are written as {' or '.join(endings)}. Use a name that ends so.")
+
+
+def wanted_of(
+    description: str,
+    pictures: Sequence[Path],
+    mark: str = "",
+    size_m: tuple[float, float] | None = None,
+    *,
+    optional: bool = False,
+) -> Wanted:
+    """Return the target of --target, --reference, --mark and --target-size. Raises InputError, also for none."""
+    from torc.perception.protocol import Wanted
+    from torc.perception.target import load_pictures
+
+    if not (description or pictures or mark or optional):
+        raise InputError(
+            "Which object is the target? Give --reference pictures of it, --target its description, or both."
+        )
+    try:
+        numbers = tuple(int(part) for part in mark.split(",")) if mark else ()
+    except ValueError:
+        raise InputError(f"--mark '{mark}' is not COLUMN,ROW or LEFT,TOP,RIGHT,BOTTOM in pixels.") from None
+    return Wanted(description, load_pictures(pictures), numbers, size_m)
+
+
+def planners_of(given: Sequence[tuple[str, dict[str, Any]]], vlm: VlmOptions) -> list[BenchPlanner]:
+    """Return planners by name and settings, each with the VLM named behind it, or that of --vlm. Raises InputError."""
+    from torc.benchmark.spec import find_planner, split_vlm
+    from torc.specs.trial import PlannerSpec
+
+    named = [(*split_vlm(text), settings) for text, settings in given]
+    # Options of a VLM may be meant only for those named beside planners.
+    for_all = vlm.config() if vlm.vlm or all(own is None for _, own, _ in named) else None
+    planners = []
+    for name, own, settings in named:
+        spec = PlannerSpec(name, for_all if own is None else vlm.config(own), settings)
+        planners.append(find_planner(spec, vlm.cache(), own_vlm=own is not None))
+    return planners
 
 
 @dataclass(frozen=True)
