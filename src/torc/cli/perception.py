@@ -75,7 +75,7 @@ class EvaluateCommand:
         """Write scores.csv and worst.png."""
         import csv
 
-        from torc.drawing.mask_comparison import mask_comparison
+        from torc.drawing.marking import mask_comparison
         from torc.io.pictures import write_png
         from torc.perception.scoring import MaskScore
 

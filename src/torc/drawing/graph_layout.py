@@ -15,7 +15,6 @@ from torc.records.graph import DependencyGraph
 
 _Item: TypeAlias = int | tuple[int, int, int]
 _Links: TypeAlias = dict[_Item, tuple[list[_Item], list[_Item]]]
-
 _SWEEPS = 12
 
 
@@ -64,9 +63,7 @@ def lay_out(graph: DependencyGraph) -> Layout:
 
 
 def _backward_edges(graph: DependencyGraph, edges: list[tuple[int, int]]) -> set[tuple[int, int]]:
-    """Return the edges into the target, and those that close a cycle on a depth-first walk from it, then from other
-    nodes.
-    """
+    """Return the edges into the target, and those that close a cycle on a depth-first walk from it and the others."""
     backward = {(a, b) for a, b in edges if b == graph.target}
     following = {k: sorted(b for a, b in edges if a == k and b != graph.target) for k in graph.ids}
     path: list[int] = []
