@@ -4,9 +4,9 @@ import numpy as np
 
 from torc.geometry.transforms import invert, transform_points
 from torc.problems.problem import load_problem
-from torc.sim.filled import filled_voxels
 from torc.sim.settling import UNSEEN
 from torc.sim.simulated_world import Presence, build_world
+from torc.sim.visibility import filled_voxels
 from torc.workspace.workspace_files import load_workspace
 
 

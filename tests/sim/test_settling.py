@@ -8,7 +8,7 @@ from sim_scenes import TABLE_Z, UPRIGHT, problem, row, standing, world_of
 from torc.errors import PhysicsError
 from torc.problems.problem import ObjectPlacement
 from torc.sim.settling import dump, run, settle
-from torc.sim.watchdog import Watchdog, greatest_depth
+from torc.sim.stepping import Watchdog, greatest_depth
 from torc.workspace.workspace_files import load_workspace
 
 KINDS = ("soup_can_red", "mug_red", "apple_red", "bowl_blue", "cracker_box_red", "tuna_can_blue")

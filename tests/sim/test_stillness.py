@@ -5,9 +5,8 @@ import pytest
 from sim_scenes import TABLE_Z, UPRIGHT, problem, standing, world_of
 
 from torc.problems.problem import ObjectPlacement
-from torc.sim.settling import EASED_M, ease_apart, settle
+from torc.sim.settling import EASED_M, StillnessConfig, ease_apart, settle, watch_stillness
 from torc.sim.simulated_world import Presence, build_world
-from torc.sim.stillness import StillnessConfig, watch_stillness
 from torc.workspace.workspace_files import load_workspace
 
 STANDING = ("soup_can_red", "mug_red", "cracker_box_red")

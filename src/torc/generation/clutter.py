@@ -13,9 +13,18 @@ from torc.objects.models import ObjectModel
 from torc.problems.problem import ObjectPlacement, Problem
 from torc.problems.schema import Category
 from torc.sim.contacts import deepest_overlap
-from torc.sim.settling import COARSE, DumpConfig, SettleConfig, dump, settle_problem, with_poses_of
+from torc.sim.settling import (
+    COARSE,
+    DumpConfig,
+    SettleConfig,
+    StillnessConfig,
+    StillnessReport,
+    dump,
+    settle_problem,
+    watch_stillness,
+    with_poses_of,
+)
 from torc.sim.simulated_world import World, build_world
-from torc.sim.stillness import StillnessConfig, StillnessReport, watch_stillness
 from torc.workspace.description import Room, Workspace
 
 MAX_OVERLAP_M = 0.0015
@@ -81,8 +90,6 @@ LARGE_PILE = ClutterConfig(
 """For more objects than MANY. Made like small piles, they would fall half a metre, into each other, and in a heap that
 high too much creeps: here they are poured in layers, as wide as the arm reaches, with more objects to spare.
 """
-
-
 _FROM_WALL_M = 0.012
 """Distance of standing objects from the walls of a room."""
 
@@ -125,19 +132,9 @@ def make_clutter(
 ) -> Problem:
     """Bring objects to rest on the table. The first object stands in as the target.
 
-    Objects that end up out of reach or over the edge, or that keep creeping, are removed as long as enough are left.
-
-    Args:
-        models: the objects' models; more than wanted are allowed.
-        category: structured or unstructured.
-        wanted: the number of objects in the end.
-        workspace: the workspace.
-        rng: the source of randomness.
-        config: how the clutter is made.
-
-    Raises:
-        RejectedError, PhysicsError: there is no such scene.
-        UnknownNameError: for an unknown model.
+    Objects that end up out of reach or over the edge, or that keep creeping, are removed as long as enough are left;
+    `models` may be more than wanted in the end. Raises RejectedError or PhysicsError if there is no such scene, and
+    UnknownNameError for an unknown model.
     """
     loaded = [load_object(model) for model in models]
     if category == "unstructured":
@@ -146,8 +143,7 @@ def make_clutter(
         dumping = DumpConfig(config.center_xy, walls, interval_s=config.drop_s, places=config.places)
         scene = dump(scene, workspace, rng, dumping, config.rough, COARSE)[0]
     else:
-        footprints_m2 = sum(m.size_m[0] * m.size_m[1] for m in loaded)
-        objects = _side_by_side(models, footprints_m2, workspace, rng, config)
+        objects = _side_by_side(loaded, workspace, rng, config)
         scene = settle_problem(_scene(category, objects), workspace)[0]
     return _calmed(scene, wanted, workspace, config)
 
@@ -171,20 +167,17 @@ def astray(problem: Problem, workspace: Workspace, config: ClutterConfig) -> tup
 
 
 def _side_by_side(
-    models: list[str],
-    footprints_m2: float,
-    workspace: Workspace,
-    rng: np.random.Generator,
-    config: ClutterConfig,
+    models: list[ObjectModel], workspace: Workspace, rng: np.random.Generator, config: ClutterConfig
 ) -> list[ObjectPlacement]:
     """Return the tightest structured arrangement that is found."""
+    footprints_m2 = sum(m.size_m[0] * m.size_m[1] for m in models)
     for fill in config.fill:
         lengths = _shrunk(config.region_m, footprints_m2 / fill)
         (x, y), (lx, ly) = config.center_xy, lengths
         region = ((x - lx / 2, x + lx / 2), (y - ly / 2, y + ly / 2))
         arrangement = replace(config.arrangement, region=region, support_z_m=workspace.support_z_m)
         with suppress(InputError):
-            return structured_arrangement(models, rng, arrangement)
+            return structured_arrangement([m.name for m in models], rng, arrangement)
     raise RejectedError(Reason.DOES_NOT_FIT)
 
 
@@ -197,7 +190,6 @@ def _settled_without(
 
 
 def _tidied(scene: Problem, wanted: ObjectRange, workspace: Workspace, config: ClutterConfig) -> Problem:
-    """Remove objects that are astray and settle again, until none is."""
     while gone := astray(scene, workspace, config):
         scene = _settled_without(scene, gone, wanted, workspace, config)
     return scene
@@ -234,7 +226,7 @@ def _calmed(scene: Problem, wanted: ObjectRange, workspace: Workspace, config: C
                 raise RejectedError(Reason.NOT_AT_REST)
             else:
                 idle += 1
-        scene = settle_problem(without(with_poses_of(world), gone), workspace, config.rough, COARSE)[0]
+        scene = _settled_without(with_poses_of(world), gone, wanted, workspace, config)
     _tidied(scene, wanted, workspace, config)
     raise RejectedError(Reason.NOT_AT_REST)
 
@@ -247,9 +239,8 @@ def without(scene: Problem, names: tuple[str, ...]) -> Problem:
 
 def _outermost(scene: Problem, config: ClutterConfig) -> str:
     """Return the object furthest from the middle, whose loss matters least."""
-    return max(
-        scene.objects, key=lambda o: float(np.hypot(*np.subtract(o.position[:2], config.center_xy)))
-    ).name
+    away = [np.hypot(*np.subtract(o.position[:2], config.center_xy)) for o in scene.objects]
+    return scene.objects[int(np.argmax(away))].name
 
 
 def _is_astray(placement: ObjectPlacement, workspace: Workspace, config: ClutterConfig) -> bool:

@@ -32,8 +32,6 @@ class Hiddenness(StrEnum):
 
 VISIBLE_FROM = 0.75
 """Visible fraction from which a target counts as visible."""
-
-
 WantedHiddenness = Literal["any", "visible", "partly", "hidden"]
 
 
@@ -70,17 +68,14 @@ class GenerationConfig:
         low, high = self.objects
         if not 2 <= low <= high <= MAX_OBJECTS:
             raise InputError(f"A problem has 2 to {MAX_OBJECTS} objects, the fewest first, not {low}-{high}.")
-        for name, value, valid in (
-            ("category", self.category, get_args(Category)),
-            ("hiddenness", self.hidden, get_args(WantedHiddenness)),
-        ):
-            if value not in valid:
-                raise UnknownNameError(name, value, list(valid))
+        for value, kind in ((self.category, Category), (self.hidden, WantedHiddenness)):
+            if value not in get_args(kind):
+                raise UnknownNameError("kind of problem", value, list(get_args(kind)))
         only = make_part(SCENE_FAMILIES, self.family or "usual").category
         if only not in (None, self.category):
-            kind = "piles" if only == "unstructured" else "of standing objects"
+            what = "piles" if only == "unstructured" else "of standing objects"
             raise InputError(
-                f"Problems of the family {self.family} are {kind} ({only}), not {self.category}."
+                f"Problems of the family {self.family} are {what} ({only}), not {self.category}."
             )
         if self.attempts < 1 or self.first_looks < 1:
             raise InputError("A problem needs at least one attempt and one first look.")

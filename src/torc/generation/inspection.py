@@ -22,11 +22,10 @@ from torc.records import TARGET_ID, GraspSet, Observation, OcclusionVolume, Segm
 from torc.robots.description import RobotDescription
 from torc.robots.loading import load_robot
 from torc.robots.names import DEFAULT_ROBOT, robot_names
-from torc.sim.filled import filled_voxels
 from torc.sim.rendering import CameraRenderer
 from torc.sim.settling import UNSEEN
 from torc.sim.simulated_world import build_world
-from torc.sim.visibility import Visibility, measure_visibility
+from torc.sim.visibility import Visibility, filled_voxels, measure_visibility
 from torc.workspace.description import Workspace
 
 BESIDE_M = 0.15

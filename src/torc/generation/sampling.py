@@ -22,16 +22,10 @@ from torc.records.camera import MAX_OBJECTS
 def sample_models(
     count: int, rng: np.random.Generator, held_out: bool | None = None, models: Sequence[str] | None = None
 ) -> list[str]:
-    """Draw random model names of kinds as different as possible.
+    """Draw random model names of kinds as different as possible, from the built-in ones by default.
 
-    Args:
-        count: number of models.
-        rng: the source of randomness.
-        held_out: only held-out kinds, only others, or all (None).
-        models: the models to draw from; by default the built-in ones.
-
-    Raises:
-        InputError: too many are wanted, or there is nothing to draw from.
+    `held_out`: only held-out kinds, only others, or all (None). Raises InputError if too many are wanted, or there is
+    nothing to draw from.
     """
     if not 0 <= count <= MAX_OBJECTS:
         raise InputError(f"A scene holds 0 to {MAX_OBJECTS} objects, not {count}.")
@@ -65,10 +59,8 @@ def placement_names(models: Sequence[str]) -> list[str]:
 def allowed_models(config: GenerationConfig, highest_m: float = np.inf) -> tuple[str, ...]:
     """Return the names of the object models that a configuration allows, of those no higher than highest_m.
 
-    Raises:
-        UnknownNameError: it names an unknown kind or model (kinds of user-defined objects: among those requested).
-        InputError: user-defined objects are requested and there are none; or there are fewer models than the objects of
-            a problem: the target's description would not be unique.
+    Raises UnknownNameError for an unknown kind or model (kinds of user-defined objects: among those requested), and
+    InputError if there are none, or fewer than a problem's objects: the target's description would not be unique.
     """
     for name in config.models:
         if not has_object(name):

@@ -16,13 +16,8 @@ PASS_NAME = "(nothing)"
 
 @dataclass(frozen=True)
 class ForeseenPick:
-    """One pick of the order.
-
-    Attributes:
-        object_id: its object; None if nothing can be picked, so that the pick passes.
-        name: the object's name.
-        outcome: what happens.
-        after: the target's situation after it, in words (empty after the last).
+    """One pick of the order, of None if nothing can be picked, so that it passes; and the target's situation after it,
+    in words (empty after the last).
     """
 
     object_id: int | None

@@ -28,7 +28,6 @@ class Order:
 
     @property
     def expected(self) -> float:
-        """Mean number of picks."""
         return float(np.mean(self.picks))
 
 
@@ -44,12 +43,8 @@ class InformedPlanner(TaskPlannerTraits):
     privileged = True
 
     def __init__(self, budget: float = DEFAULT_BUDGET, searches: int = 2, futures: int = 4) -> None:
-        """Set up the planner.
-
-        Args:
-            budget: of each search, in simulated picks.
-            searches: number of searches, each with its own draws.
-            futures: how often each order is played to find its picks.
+        """Set the budget of each search, in simulated picks, the number of searches, each with its own draws, and how
+        often each order is played to find its picks.
         """
         check_budget(budget)
         if searches < 1 or futures < 1:
@@ -59,7 +54,6 @@ class InformedPlanner(TaskPlannerTraits):
         self._rest: tuple[int, ...] = ()
 
     def attach(self, simulation: Simulation) -> None:
-        """Take the simulation of a trial."""
         self._simulation, self._rest = simulation, ()
 
     def decide(self, context: PlanningContext, rng: np.random.Generator) -> Decision:
@@ -128,8 +122,7 @@ def picks_of(order: Sequence[int], sandbox: Sandbox, start: SimulatedState, left
         if sandbox.nowhere(state, look.context):
             return pick
         graspable = look.context.graspable_ids
-        begun = pick > 0
-        wanted = ([TARGET_ID] if begun else []) + rest
+        wanted = ([TARGET_ID] if pick > 0 else []) + rest
         chosen = next((k for k in wanted if k in graspable), None)
         if chosen is None:
             # DG-SELECT draws nothing.

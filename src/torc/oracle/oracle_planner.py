@@ -52,7 +52,6 @@ class OraclePlanner(TaskPlannerTraits):
         return self._bound or Bound.FOUND
 
     def attach(self, simulation: Simulation) -> None:
-        """Take the simulation of a trial."""
         self._simulation, self._plan, self._bound = simulation, None, None
 
     def decide(self, context: PlanningContext, rng: np.random.Generator) -> Decision:

@@ -63,9 +63,8 @@ class World:
         robot_dofs = np.ones(model.nv, dtype=bool)
         robot_dofs[self._qvel_at.ravel()] = False
         self.robot_dofs: Int[np.ndarray, d] = np.flatnonzero(robot_dofs)
-        self.geom_labels: Int16[np.ndarray, g] = _label_geoms(
-            model, (*workspace.static_boxes(), *extra), self.object_bodies
-        )
+        boxes = (*workspace.static_boxes(), *extra)
+        self.geom_labels: Int16[np.ndarray, g] = _label_geoms(model, boxes, self.object_bodies)
         self.presence: UInt8[np.ndarray, n] = np.zeros(len(names), np.uint8)
         if robot is not None:
             _rest_robot(model, self.data, robot)
@@ -192,16 +191,8 @@ def build_world(
 ) -> World:
     """Build the world of a problem at its first state: objects where the problem puts them, the arm at rest.
 
-    Args:
-        problem: the objects.
-        robot: None is faster, for settling.
-        workspace: table, bin and camera.
-        config: physics and looks.
-        extra: further fixed boxes.
-        load_model: returns the model of a name.
-
-    Raises:
-        InputError: too many objects, a problem of another workspace, or a model that MuJoCo does not accept.
+    Without a robot it is faster, for settling. `extra` are further fixed boxes; `load_model` returns a name's model.
+    Raises InputError for too many objects, a problem of another workspace, or a model that MuJoCo does not accept.
     """
     if (n := len(problem.ordered())) > MAX_OBJECTS:
         raise InputError(f"{problem.name}: {n} objects; at most {MAX_OBJECTS} are possible.")
@@ -263,16 +254,13 @@ def put_to_sleep(model: mujoco.MjModel, data: mujoco.MjData, tree_asleep: Int[np
     tree_awake = data.tree_asleep < 0
     data.tree_awake[:], data.ntree_awake = tree_awake, int(tree_awake.sum())
     moving = model.body_treeid >= 0
-    data.body_awake[moving] = np.where(
-        tree_awake[model.body_treeid[moving]],
-        int(mujoco.mjtSleepState.mjS_AWAKE),
-        int(mujoco.mjtSleepState.mjS_ASLEEP),
-    )
-    computed = data.body_awake != int(mujoco.mjtSleepState.mjS_ASLEEP)
+    yes, no = int(mujoco.mjtSleepState.mjS_AWAKE), int(mujoco.mjtSleepState.mjS_ASLEEP)
+    data.body_awake[moving] = np.where(tree_awake[model.body_treeid[moving]], yes, no)
+    computed = data.body_awake != no
     data.nbody_awake = _list(data.body_awake_ind, np.flatnonzero(computed))
     parents = 1 + np.flatnonzero(computed[model.body_parentid[1:]])
     data.nparent_awake = _list(data.parent_awake_ind, parents)
-    awake = moving & (data.body_awake == int(mujoco.mjtSleepState.mjS_AWAKE))
+    awake = moving & (data.body_awake == yes)
     data.nv_awake = _list(data.dof_awake_ind, np.flatnonzero(awake[model.dof_bodyid]))
 
 

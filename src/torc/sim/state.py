@@ -12,10 +12,8 @@ _WARNINGS = int(mujoco.mjtWarning.mjNWARNING)
 
 
 def save_state(world: World) -> Float[np.ndarray, "s"]:
-    """Return everything that decides the world's future, as one array.
-
-    It holds MuJoCo's integration state, each object's Presence, MuJoCo's counts of warnings, by which the watchdog
-    detects a diverged simulation, and what sleeps.
+    """Return everything that decides the world's future, as one array: MuJoCo's integration state, each object's
+    Presence, MuJoCo's counts of warnings, by which the watchdog detects a diverged simulation, and what sleeps.
     """
     state = np.empty(mujoco.mj_stateSize(world.model, _PARTS))
     mujoco.mj_getState(world.model, world.data, state, _PARTS)

@@ -13,8 +13,7 @@ from torc.errors import InputError
 from torc.generation.graspclutter6d.placing import convert_object, place_objects
 from torc.generation.graspclutter6d.reading import read_scene
 from torc.geometry.transforms import make_pose
-from torc.sim.settling import SettleConfig
-from torc.sim.stillness import StillnessConfig
+from torc.sim.settling import SettleConfig, StillnessConfig
 from torc.workspace.workspace_files import load_workspace
 
 TILTED = upright(56, -0.10, 0.02, 1.0)

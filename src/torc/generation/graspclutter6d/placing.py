@@ -22,9 +22,16 @@ from torc.objects.library import find_stored, load_stored, store_directories
 from torc.objects.models import ObjectModel
 from torc.objects.object_files import load_source
 from torc.problems.problem import ObjectPlacement, Problem
-from torc.sim.settling import EASED_M, SettleConfig, ease_apart, settle, with_poses_of
+from torc.sim.settling import (
+    EASED_M,
+    SettleConfig,
+    StillnessConfig,
+    ease_apart,
+    settle,
+    watch_stillness,
+    with_poses_of,
+)
 from torc.sim.simulated_world import Presence, World, build_world
-from torc.sim.stillness import StillnessConfig, watch_stillness
 from torc.workspace.workspace_files import load_workspace
 
 LICENCE = "GraspClutter6D, CC-BY-SA-4.0"
@@ -41,13 +48,7 @@ _FOLDERS = {
 
 @dataclass(frozen=True, eq=False)
 class ConvertedObject:
-    """An object of the data set as one of ours.
-
-    Attributes:
-        model: the model.
-        T_object_mesh: pose of the mesh frame in the model frame, metres.
-        notes: changes to the mesh and oddities, if it was converted just now.
-    """
+    """An object of the data set as one of ours; with changes to the mesh and oddities, if it was converted just now."""
 
     model: ObjectModel
     T_object_mesh: Pose
@@ -150,14 +151,8 @@ class ImportConfig:
 
 @dataclass(frozen=True)
 class SettledScene:
-    """A scene at rest on our table.
-
-    Attributes:
-        number: its number.
-        problem: the remaining objects, as a problem whose target is only a stand-in.
-        annotated: where the annotation had put all objects, by name.
-        fell: objects that fell off the table.
-        notes: oddities, for people.
+    """A scene at rest on our table: the remaining objects, as a problem whose target is only a stand-in; where the
+    annotation had put all, by name; those that fell off the table; and oddities, for people.
     """
 
     number: int

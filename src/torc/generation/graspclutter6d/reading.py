@@ -95,12 +95,9 @@ def _pose(rotation: list[float], translation_mm: list[float]) -> Pose:
 
 @dataclass(frozen=True)
 class SceneObject:
-    """One object of a scene.
+    """One object of a scene: which of the 200, and its number among equal ones, from 0, in file order.
 
-    Attributes:
-        object_id: which of the 200.
-        instance: its number among equal ones, from 0, in file order, which is all that distinguishes them.
-        T_table_mesh: pose of the mesh frame in the table's: z up, the origin wherever the data set has it.
+    The table's frame has z up, and its origin wherever the data set has it.
     """
 
     object_id: int
@@ -115,8 +112,6 @@ class SceneObject:
 
 @dataclass(frozen=True)
 class AnnotatedScene:
-    """A scene as annotated."""
-
     number: int
     objects: tuple[SceneObject, ...]
 
@@ -192,9 +187,6 @@ def _pictures(path: Path) -> dict[int, Any]:
         ) from None
 
 
-LABELLED_SCENES = 1000
-
-
 @dataclass(frozen=True)
 class PaperProblem:
     """One of the 40 problems of the retrieval paper: the authors' label, the scene's number, and the target, e.g.
@@ -215,7 +207,7 @@ def paper_problems() -> tuple[PaperProblem, ...]:
 
 def published_category(scene: int) -> Category:
     """Return the authors' handmade label of a scene. Raises InputError outside the data set's 1000."""
-    if not 0 <= scene < LABELLED_SCENES:
+    if not 0 <= scene < 1000:
         raise InputError(f"Scene {scene} has no published label. Give --category.")
     return "structured" if scene in _structured_scenes() else "unstructured"
 
