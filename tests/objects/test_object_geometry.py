@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.helpers.marks import long
-from torc.generation.surfaces import surface_cloud
+from torc.generation.grasps import surface_cloud
 from torc.objects.library import builtin_object_names, load_object
 from torc.objects.models import CollisionPiece
 from torc.problems.problem import ObjectPlacement, Problem

@@ -19,8 +19,7 @@ from torc.generation.footprints import (
     footprint,
     gaps,
 )
-from torc.generation.sampling import placement_names
-from torc.generation.shelves import Rectangle, lanes
+from torc.generation.sampling import Rectangle, lanes, placement_names
 from torc.geometry.transforms import rotation_about
 from torc.objects.library import load_object
 from torc.objects.models import ObjectModel

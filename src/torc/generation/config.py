@@ -47,8 +47,6 @@ class GenerationConfig:
         kinds, models: only objects of these kinds, and of these models; all that come with torc if empty.
         own: also objects that the user has imported; `models` may name those in any case.
         attempts: scenes tried until one holds a problem; all from the same seed.
-        first_looks: how many times the robot plans grasps from its first look, each time with other random candidates;
-            a target that is graspable in any of them makes no problem.
         family: name of a family of harder problems (`torc/parts/scene_families`), "" for none; its rules come before
             `hidden`.
     """
@@ -61,7 +59,6 @@ class GenerationConfig:
     models: tuple[str, ...] = ()
     own: bool = False
     attempts: int = 60
-    first_looks: int = 2
     family: str = ""
 
     def __post_init__(self) -> None:
@@ -77,8 +74,8 @@ class GenerationConfig:
             raise InputError(
                 f"Problems of the family {self.family} are {what} ({only}), not {self.category}."
             )
-        if self.attempts < 1 or self.first_looks < 1:
-            raise InputError("A problem needs at least one attempt and one first look.")
+        if self.attempts < 1:
+            raise InputError("A problem needs at least one attempt.")
 
 
 def generator_version(config: GenerationConfig) -> int:

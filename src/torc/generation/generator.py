@@ -46,6 +46,10 @@ from torc.workspace.description import Workspace
 STILL = StillnessConfig(distance_m=0.0015, angle_rad=float(np.deg2rad(1.5)), early_s=2.5)
 """Stillness of a generated problem: well within what is allowed after 10 s, since the watch may end early."""
 _CHANCES = 3
+FIRST_LOOKS = 2
+"""How many times grasps are planned from the first look, each time with other random candidates: a target that can be
+grasped in any of them makes no problem.
+"""
 _GRIPPER_ROOM_M = 0.005
 """An object that fits into the gripper is narrower than its opening by this."""
 _FOUND = ("attempt", "target", "hiddenness", "visible_fraction", "in_front", "beside", "taller")
@@ -260,7 +264,7 @@ def choose_target(
                 return Reason.NOTHING_STUCK
         if not all(map(can_be_grasped, needed)):
             return Reason.CANNOT_BE_GRASPED
-        return Reason.TRIVIAL if inspector.graspable_at_first(view, name, config.first_looks) else None
+        return Reason.TRIVIAL if inspector.graspable_at_first(view, name, FIRST_LOOKS) else None
 
     faults = [Reason.NONE_SO_HIDDEN]
     for name in _candidates(view, config, inspector, rng):

@@ -8,8 +8,7 @@ from jaxtyping import Float
 
 from torc.errors import UnknownNameError
 from torc.generation.config import Hiddenness, hiddenness_of
-from torc.generation.grasps import ModelGrasping
-from torc.generation.surfaces import placed, surface_cloud
+from torc.generation.grasps import ModelGrasping, placed, surface_cloud
 from torc.geometry.transforms import Pose
 from torc.grasping.protocol import GraspPlanner
 from torc.objects.library import load_object

@@ -51,9 +51,8 @@ class ContactReader:
         sums = np.bincount(bodies, forces)
         worst = int(np.argmax(sums))
         at = int(np.argmax(np.where(bodies == worst, forces, -1.0)))
-        part = int(pairs[at, 0] if on_robot[at, 0] else pairs[at, 1])
-        part_name, other_name = (self._world.body_name_of_geom(g) for g in (part, int(others[at])))
-        return float(sums[worst]), f"{part_name} on {other_name}"
+        pair = pairs[at] if on_robot[at, 0] else pairs[at, ::-1]
+        return float(sums[worst]), " on ".join(self._world.body_name_of_geom(int(g)) for g in pair)
 
     def carried(self, heights_before: Float[np.ndarray, "n"], risen_m: float) -> dict[int, bool]:
         """Return lifted objects that touch the gripper, directly (True) or through others that do (False)."""
@@ -72,12 +71,8 @@ class ContactReader:
 
 @dataclass(frozen=True)
 class Overlap:
-    """Two things that are inside each other.
-
-    Attributes:
-        depth_m: how deep; 0 or less where nothing touches.
-        between: their names.
-        object_ids: ids of those that are objects.
+    """How deep two things are inside each other (0 or less where nothing touches), their names, and the ids of those
+    that are objects.
     """
 
     depth_m: float
@@ -94,7 +89,7 @@ def deepest_overlap(world: World) -> Overlap:
     worst = int(np.argmin(contact.dist))
     a, b = (world.body_name_of_geom(int(g)) for g in contact.geom[worst])
     labels = world.geom_labels[contact.geom[worst]]
-    return Overlap(-float(contact.dist[worst]), (a, b), tuple(int(k) for k in labels if k >= 0))
+    return Overlap(-float(contact.dist[worst]), (a, b), tuple(labels[labels >= 0].tolist()))
 
 
 def lies_on(world: World) -> frozenset[tuple[int, int]]:

@@ -1,7 +1,6 @@
 """An annotated scene, put on our table and brought to rest; or the reason why it does not come to rest."""
 
-from collections.abc import Callable, Iterable, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -16,7 +15,7 @@ from torc.generation.graspclutter6d.reading import (
     object_words,
 )
 from torc.geometry.transforms import Pose, invert, transform_points, wxyz_from_rotation
-from torc.objects.importing.mesh import MeshImport, MeshOptions, read_mesh
+from torc.objects.importing.mesh import MeshOptions, read_mesh
 from torc.objects.importing.storing import add_object
 from torc.objects.library import find_stored, load_stored, store_directories
 from torc.objects.models import ObjectModel
@@ -74,13 +73,6 @@ def model_name(object_id: int) -> str:
     return f"gc6d_{object_id:06d}"
 
 
-def check_meshes(root: Path, object_ids: Iterable[int]) -> None:
-    """Raise InputError for an object that is neither in the store nor has a mesh; convert nothing."""
-    for object_id in object_ids:
-        if find_stored(model_name(object_id)) is None:
-            find_mesh(root, object_id)
-
-
 def convert_object(root: Path, object_id: int, words: str, say: Callable[[str], None]) -> ConvertedObject:
     """Return an object of the data set (1..200) from the store, or convert and store it, which takes up to a minute.
 
@@ -91,7 +83,8 @@ def convert_object(root: Path, object_id: int, words: str, say: Callable[[str], 
     stored = find_stored(name)
     if stored is None:
         say(f"converting {name}: {words}")
-        found = _read(*find_mesh(root, object_id), name, words)
+        path, unit_m = find_mesh(root, object_id)
+        found = read_mesh(path, MeshOptions(name=name, description=words, scale=unit_m))
         add_object(found, note=LICENCE)
         stored, notes = store_directories()[0] / name, found.notes
     source = load_source(stored)
@@ -100,17 +93,6 @@ def convert_object(root: Path, object_id: int, words: str, say: Callable[[str], 
             f"{stored} is not from GraspClutter6D, but has the name of one of its objects. Move it away."
         )
     return ConvertedObject(load_stored(stored), source.T_object_mesh, notes)
-
-
-def _read(path: Path, unit_m: float, name: str, words: str) -> MeshImport:
-    """Read the mesh in its folder's unit, or in the other one if only that gives a possible size."""
-    try:
-        return read_mesh(path, MeshOptions(name=name, description=words, scale=unit_m))
-    except InputError as error:
-        with suppress(InputError):
-            other_m = 1.0 if unit_m != 1.0 else 1e-3
-            return read_mesh(path, MeshOptions(name=name, description=words, scale=other_m))
-        raise error from None
 
 
 PLACEMENTS = {
@@ -124,8 +106,6 @@ PLACEMENTS = {
 """Place of the bounding box of a whole scene: x and y of its middle in the world, and the height of its lower side
 above the table, since the annotated heights are only good to centimetres; metres.
 """
-_ALONE = "nothing stands around a target: choose another scene"
-
 Say = Callable[[str], None]
 
 
@@ -171,10 +151,7 @@ def settle_scene(
     used, the scene does not come to rest, or fewer than two objects are left.
     """
     config = config or ImportConfig()
-    if len(scene.objects) < 2:
-        raise InputError(f"it has one object only, so {_ALONE}")
     ids = list(dict.fromkeys(o.object_id for o in scene.objects))
-    check_meshes(root, ids)
     objects = {i: convert_object(root, i, object_words(i), say) for i in ids}
     placements = place_objects(scene, objects, config.placement)
     raw = Problem(f"gc6d-{scene.number}", "unstructured", "", placements[0].name, placements)
@@ -189,7 +166,8 @@ def settle_scene(
     fell = tuple(o.name for o in placements if o.name not in on_table)
     if len(on_table) < 2:
         raise InputError(
-            f"{len(fell)} of {len(placements)} objects fell off the table, so {_ALONE} or --placement"
+            f"only {len(on_table)} of {len(placements)} objects stay on the table, so nothing stands around a target: "
+            "choose another scene or --placement"
         )
     rest = tuple(o for o in with_poses_of(world).objects if o.name in on_table)
     annotated = {o.name: o for o in placements}
