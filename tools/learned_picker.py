@@ -19,12 +19,13 @@ import numpy as np
 import tyro
 from jaxtyping import Float, Float32, Int64
 
+from tools.ideal import Look, Retrieval, after, looks_of, retrieve
 from tools.running import exit_code
 from torc.episode.privileged import open_sandbox
 from torc.episode.steps import EpisodeConfig
 from torc.errors import InputError, PhysicsError
 from torc.io.record_files import load_record, save_record
-from torc.oracle.ideal import MAX_PICKS, Look, Retrieval, after, looks_of, retrieve
+from torc.oracle.solve import MAX_PICKS
 from torc.pipeline.building import build_system
 from torc.pipeline.planners import is_reference, make_planner
 from torc.problems.problem import load_problem

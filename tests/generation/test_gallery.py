@@ -14,7 +14,7 @@ from torc.generation.cards import DRAWN_SIZE, GAP, VIEW_NAMES, VIEW_SIZE, Card, 
 from torc.generation.config import Hiddenness
 from torc.generation.gallery import make_gallery
 from torc.generation.inspection import Difficulty
-from torc.generation.oracle_orders import OracleOrder
+from torc.oracle.answer import OracleOrder
 from torc.problems.problem import load_problem
 from torc.records import TARGET_ID
 from torc.sim.rendering import View

@@ -133,7 +133,7 @@ class GalleryCommand:
         from torc.generation.gallery import HTML, MARKDOWN, make_gallery
         from torc.generation.generator import inspector_for
         from torc.generation.inspection import Inspector
-        from torc.generation.oracle_orders import orders_from
+        from torc.oracle.answer import orders_from
         from torc.pipeline.warm_up import announced_compilation
         from torc.problems.problem import Problem, load_problem
         from torc.problems.sets import select_problems

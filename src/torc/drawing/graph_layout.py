@@ -40,7 +40,11 @@ def lay_out(graph: DependencyGraph) -> Layout:
     backward = _backward_edges(graph, edges)
     forward = [(b, a) if (a, b) in backward else (a, b) for a, b in edges]
     layer = _layers(graph, forward)
-    chains = {(a, b): _chain(a, b, layer) for a, b in sorted(set(forward))}
+    # An edge's items from layer to layer: its ends, and a waypoint (a, b, row) on each layer between.
+    chains: dict[tuple[int, int], list[_Item]] = {
+        (a, b): [a, *((a, b, row) for row in range(layer[a] + 1, layer[b])), b]
+        for a, b in sorted(set(forward))
+    }
     rows: list[list[_Item]] = [[] for _ in range(max(layer.values()) + 1)]
     for node in sorted(graph.ids, key=lambda k: (k != graph.target, k)):
         rows[layer[node]].append(node)
@@ -100,11 +104,6 @@ def _pushed_down(layer: dict[int, int], forward: list[tuple[int, int]]) -> dict[
         for a, b in forward:
             layer[b] = max(layer[b], layer[a] + 1)
     return layer
-
-
-def _chain(a: int, b: int, layer: dict[int, int]) -> list[_Item]:
-    """Return the edge's items from layer to layer: its ends and a waypoint (a, b, row) on each layer between."""
-    return [a, *((a, b, row) for row in range(layer[a] + 1, layer[b])), b]
 
 
 def _columns(rows: list[list[_Item]], links: _Links) -> dict[_Item, float]:

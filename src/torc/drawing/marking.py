@@ -46,15 +46,9 @@ def mark_image(
     """Return the colour image with every object tinted and outlined in its own colour and numbered with its id.
 
     The id stands in white digits in a black box inside the object's mask; where it does not fit, beside the mask, tied
-    to it by a thin line. Boxes never overlap. Objects without pixels are skipped.
-
-    Args:
-        scene: the scene.
-        highlight: id of an object to bring out: a thick outline within a white one, the others fainter.
-        labels: numbers to write in place of the ids, not negative; ids that have none keep their own.
-
-    Raises:
-        InputError: the highlighted object is not in the scene.
+    to it by a thin line. Boxes never overlap. Objects without pixels are skipped. `highlight` brings out an object by a
+    thick outline within a white one, with the others fainter. `labels` are numbers to write in place of the ids, not
+    negative; ids that have none keep their own. Raises InputError if the highlighted object is not in the scene.
     """
     if highlight is not None and highlight not in scene.ids:
         raise InputError(f"Cannot highlight object {highlight}: visible are {list(scene.ids)}.")
@@ -71,15 +65,10 @@ def mark_pixels(
     *,
     outlines_only: bool = False,
 ) -> UInt8[np.ndarray, "h w 3"]:
-    """Return a copy of an image, marked like `mark_image`.
+    """Return a copy of an image, marked like `mark_image`, by the label of each pixel (-1: none), with these numbers.
 
-    Args:
-        rgb: the image.
-        label: the label of each pixel; -1 for none.
-        numbers: the number to write, by label.
-        highlight: a label to bring out.
-        outlines_only: keep the colours: a thin outline along each mask's rim, and a small number, in the mask if it
-            hides little of it, else beside it with a line. All other pixels are unchanged.
+    `outlines_only` keeps the colours: a thin outline along each mask's rim, and a small number, in the mask if it hides
+    little of it, else beside it with a line. All other pixels are unchanged.
     """
     scale = _scale(label.shape, outlines_only)
     image = rgb.copy() if outlines_only else _tint(rgb, label, highlight)

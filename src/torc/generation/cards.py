@@ -13,8 +13,8 @@ from torc.drawing.label_places import place_labels
 from torc.drawing.palette import object_color
 from torc.generation.config import Hiddenness
 from torc.generation.inspection import Difficulty
-from torc.generation.oracle_orders import OracleOrder
 from torc.geometry.transforms import Pose, look_at, rotation_from_wxyz
+from torc.oracle.answer import OracleOrder
 from torc.problems.problem import Problem
 from torc.records import TARGET_ID
 from torc.sim.rendering import CameraRenderer, View

@@ -139,7 +139,9 @@ def make_clutter(
     loaded = [load_object(model) for model in models]
     if category == "unstructured":
         scene = _scene(category, drop_arrangement(models, rng))
-        walls = _shrunk(config.walls_m, sum(map(_mean_shadow_m2, loaded)) / config.heap)
+        # The mean area of a box's shadow over all orientations is a quarter of its surface (Cauchy).
+        shadows_m2 = sum(0.5 * (a * b + b * c + c * a) for a, b, c in (m.size_m for m in loaded))
+        walls = _shrunk(config.walls_m, shadows_m2 / config.heap)
         dumping = DumpConfig(config.center_xy, walls, interval_s=config.drop_s, places=config.places)
         scene = dump(scene, workspace, rng, dumping, config.rough, COARSE)[0]
     else:
@@ -218,8 +220,9 @@ def _calmed(scene: Problem, wanted: ObjectRange, workspace: Workspace, config: C
             report = watch_stillness(world, config.calm)
             if report.still and len(scene.objects) <= wanted.most:
                 return scene
-            if report.still:
-                gone = (_outermost(scene, config),)
+            if report.still:  # the object furthest from the middle matters least
+                away = [np.hypot(*np.subtract(o.position[:2], config.center_xy)) for o in scene.objects]
+                gone = (scene.objects[int(np.argmax(away))].name,)
             elif to_spare:
                 gone = (worst_mover(world, report, config.calm),)
             elif idle == config.idle_rounds:
@@ -235,12 +238,6 @@ def without(scene: Problem, names: tuple[str, ...]) -> Problem:
     """Return the scene without some objects; if the target is among them, the first one left stands in for it."""
     rest = tuple(o for o in scene.objects if o.name not in names)
     return replace(scene, objects=rest, target=scene.target if scene.target not in names else rest[0].name)
-
-
-def _outermost(scene: Problem, config: ClutterConfig) -> str:
-    """Return the object furthest from the middle, whose loss matters least."""
-    away = [np.hypot(*np.subtract(o.position[:2], config.center_xy)) for o in scene.objects]
-    return scene.objects[int(np.argmax(away))].name
 
 
 def _is_astray(placement: ObjectPlacement, workspace: Workspace, config: ClutterConfig) -> bool:
@@ -260,12 +257,6 @@ def _shrunk(lengths: tuple[float, float], area_m2: float) -> tuple[float, float]
     """Return the rectangle scaled down to an area, if it is larger."""
     scale = min(1.0, float(np.sqrt(area_m2 / (lengths[0] * lengths[1]))))
     return scale * lengths[0], scale * lengths[1]
-
-
-def _mean_shadow_m2(model: ObjectModel) -> float:
-    """Return the mean area of a box's shadow over all orientations: a quarter of its surface (Cauchy)."""
-    a, b, c = model.size_m
-    return 0.5 * (a * b + b * c + c * a)
 
 
 def _scene(category: Category, objects: list[ObjectPlacement]) -> Problem:

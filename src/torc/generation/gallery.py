@@ -12,7 +12,7 @@ from string import Template
 from torc.errors import InputError
 from torc.generation.cards import HIDDENNESS_WORDS, Card, draw_card
 from torc.generation.inspection import Inspector, difficulty_of
-from torc.generation.oracle_orders import OracleOrder, stated_order
+from torc.oracle.answer import OracleOrder, stated_order
 from torc.problems.problem import Problem
 
 CARDS, HTML, MARKDOWN = "cards", "index.html", "gallery.md"

@@ -17,10 +17,12 @@ from torc.pipeline.building import System
 from torc.pipeline.look import Look
 from torc.pipeline.state import EndReason
 from torc.problems.problem import Problem
-from torc.records import TARGET_ID, PlanningContext
+from torc.records import TARGET_ID, GraspStatus, PlanningContext
 from torc.task_planning.dg_select import DgSelectPlanner
 
 Say = Callable[[str], None]
+MAX_PICKS = 15
+"""Picks of a retrieval without luck, in which each pick takes its object away."""
 _SAY_EVERY = 4.0
 _NOWHERE = "the target can be nowhere"
 _LOOKS_KEPT = 12
@@ -131,6 +133,13 @@ def options_of(context: PlanningContext) -> Options:
     if target_seen:
         note = "the target is in sight, " + ("and can be picked" if target is not None else "but blocked")
     return Options(choices, target, outlook, note)
+
+
+def best_hold(context: PlanningContext, object_id: int) -> float:
+    """Return the probability that the object's best valid grasp holds; 0 if there is none."""
+    valid = context.report.status == GraspStatus.VALID
+    scores = context.grasps.scores[valid & (context.grasps.object_ids == object_id)]
+    return float(scores.max(initial=0.0))
 
 
 def _narration(say: Say, budget: float) -> Callable[[Found[Any]], None]:

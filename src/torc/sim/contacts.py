@@ -24,7 +24,10 @@ class ContactReader:
         self._is_robot: Bool[np.ndarray, g] = world.geom_labels == ROBOT
         fingers = [model.body(name).id for name in robot.finger_body_names]
         self._is_finger: Bool[np.ndarray, g] = np.isin(model.geom_bodyid, fingers)
-        gripper = _subtree(model, model.body(robot.gripper_body_name).id)
+        gripper = [model.body(robot.gripper_body_name).id]
+        for body in range(gripper[0] + 1, model.nbody):  # parents come before children
+            if model.body_parentid[body] in gripper:
+                gripper.append(body)
         self._is_gripper: Bool[np.ndarray, g] = np.isin(model.geom_bodyid, gripper)
 
     def hardest(self, ignore_gripped: bool) -> tuple[float, str]:
@@ -93,10 +96,8 @@ def deepest_overlap(world: World) -> Overlap:
 
 
 def lies_on(world: World) -> frozenset[tuple[int, int]]:
-    """Return all pairs (upper, lower) of objects in the scene where the lower bears the upper.
-
-    It must bear, by the upward part of the normal forces between the two, a tenth of the upper's weight or more. The
-    world is unchanged afterwards.
+    """Return all pairs (upper, lower) of objects in the scene where the lower bears a tenth of the upper's weight or
+    more, by the upward part of the normal forces between the two. The world is unchanged afterwards.
     """
     state = save_state(world)
     world.wake()  # between sleeping things there are no forces
@@ -114,11 +115,3 @@ def lies_on(world: World) -> frozenset[tuple[int, int]]:
     weights_n = model.body_mass[world.object_bodies] * np.linalg.norm(model.opt.gravity)
     pairs = np.argwhere(borne_n >= _BORNE_SHARE * weights_n[:, None])
     return frozenset((int(upper), int(lower)) for upper, lower in pairs)
-
-
-def _subtree(model: mujoco.MjModel, root: int) -> list[int]:
-    inside = [root]
-    for body in range(root + 1, model.nbody):  # parents come before children
-        if model.body_parentid[body] in inside:
-            inside.append(body)
-    return inside

@@ -2,10 +2,13 @@
 stand.
 """
 
+import sys
+
 import numpy as np
 from jaxtyping import Float, UInt8
 from PIL import Image
 
+from torc.errors import TorcError
 from torc.geometry.extent import Extent, extent
 from torc.geometry.transforms import Pose, look_at, make_pose, rotation_about, rotation_from_wxyz
 from torc.objects.library import load_object
@@ -13,6 +16,7 @@ from torc.objects.models import ObjectModel
 from torc.problems.problem import ObjectPlacement, Problem
 from torc.records import TARGET_ID
 from torc.robots.description import RobotDescription
+from torc.sim.gl import gl_backend
 from torc.sim.rendering import CameraRenderer
 from torc.sim.settling import run
 from torc.sim.simulated_world import World, build_world
@@ -67,6 +71,19 @@ def turn_table(
             alpha = np.where(view.label_image == TARGET_ID, 255, 0).astype(np.uint8)
             pictures.append(np.dstack([view.rgb, alpha]))
     return tuple(pictures)
+
+
+def draw_one() -> None:
+    """Draw one object, and print the backend used; exit with the reason if that fails."""
+    try:
+        (picture,) = turn_table(load_object("mug_red"), sides=1)
+        backend = gl_backend()
+    except TorcError as error:
+        sys.exit(str(error))
+    shown = picture[picture[..., 3] > 0, :3]
+    if len(shown) == 0 or np.ptp(shown) < 10:
+        sys.exit("the picture is empty")
+    print(backend)
 
 
 def size_by_ruler(model: ObjectModel) -> Extent:

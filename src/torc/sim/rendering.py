@@ -125,7 +125,10 @@ class _GlImages:
         self._draw(data, T_world_camera, numbers=True)
         mujoco.mjr_readPixels(rgb, z, self._rect, self._buffers)
         number = rgb[..., 0].astype(np.int32) + 256 * rgb[..., 1].astype(np.int32)
-        return self._geom_of_number()[number][::-1], _metric_depth(z)[::-1].copy()
+        # From a reversed depth buffer: 1 is the near plane, 0 the far plane.
+        depth = (_NEAR_M * _FAR_M) / (z.astype(np.float64) * (_FAR_M - _NEAR_M) + _NEAR_M)
+        depth[z <= 0] = 0.0
+        return self._geom_of_number()[number][::-1], depth.astype(np.float32)[::-1].copy()
 
     def close(self) -> None:
         if self._context is not None:
@@ -156,10 +159,3 @@ class _GlImages:
             if geom.segid >= 0 and geom.objtype == mujoco.mjtObj.mjOBJ_GEOM:
                 table[geom.segid + 1] = geom.objid
         return table
-
-
-def _metric_depth(z: Float32[np.ndarray, "h w"]) -> Float32[np.ndarray, "h w"]:
-    """Return depth from a reversed depth buffer (1 = near plane, 0 = far plane)."""
-    depth = (_NEAR_M * _FAR_M) / (z.astype(np.float64) * (_FAR_M - _NEAR_M) + _NEAR_M)
-    depth[z <= 0] = 0.0
-    return depth.astype(np.float32)

@@ -182,23 +182,22 @@ def _walls(workspace: Workspace, config: DumpConfig) -> tuple[Box, ...]:
 
 
 def ease_apart(world: World) -> tuple[float, float]:
-    """Push overlapping objects apart until ordinary settling copes with the deepest overlap, and set nothing in motion.
-
-    All are stopped after every time step. Returns how deep the deepest two bodies were inside each other before and
+    """Push overlapping objects apart until ordinary settling copes with the deepest overlap, and set nothing in motion:
+    all are stopped after every time step. Returns how deep the deepest two bodies were inside each other before and
     after, metres.
     """
+
+    def deepest_m() -> float:
+        return float(np.max(-world.data.contact.dist, initial=0.0))
+
     world.update_position_stage()
-    before, steps = _deepest_m(world), 0
-    while _deepest_m(world) > EASED_M and steps < _EASING_STEPS:
+    before, steps = deepest_m(), 0
+    while deepest_m() > EASED_M and steps < _EASING_STEPS:
         mujoco.mj_step(world.model, world.data)
         world.data.qvel[:] = 0.0
         steps += 1
     world.update_position_stage()
-    return before, _deepest_m(world)
-
-
-def _deepest_m(world: World) -> float:
-    return float(np.max(-world.data.contact.dist, initial=0.0))
+    return before, deepest_m()
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,8 @@ from torc.workspace.description import Box, Workspace
 _PARKING_M = np.array([-60.0, -60.0, 40.0])
 _PARKING_STEP_M = 2.0
 _OVERHANG_M = 0.03
+_AWAKE = -1 - mujoco.mjMINAWAKE
+"""Value of `tree_asleep`: awake, and as many steps of rest away from sleep as possible."""
 _BELOW_M = 0.05
 
 
@@ -119,7 +121,7 @@ class World:
 
     def wake(self) -> None:
         """End the sleep of all objects: they may have lost their support."""
-        wake_all(self.model, self.data)
+        put_to_sleep(self.model, self.data, np.full(self.model.ntree, _AWAKE))
 
     def on_table(self) -> tuple[int, ...]:
         """Return ids of the objects still on the table, rising: centre above it, or up to 3 cm beyond."""
@@ -234,15 +236,6 @@ def _label_geoms(
     for object_id, body in enumerate(object_bodies):
         labels[model.geom_bodyid == body] = object_id
     return labels
-
-
-AWAKE = -1 - mujoco.mjMINAWAKE
-"""Value of `tree_asleep`: awake, and as many steps of rest away from sleep as possible."""
-
-
-def wake_all(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    """End the sleep of everything."""
-    put_to_sleep(model, data, np.full(model.ntree, AWAKE))
 
 
 def put_to_sleep(model: mujoco.MjModel, data: mujoco.MjData, tree_asleep: Int[np.ndarray, "t"]) -> None:

@@ -68,18 +68,13 @@ def find_mesh(root: Path, object_id: int) -> tuple[Path, float]:
     )
 
 
-def model_name(object_id: int) -> str:
-    """Return the name of an object in the store: gc6d_000017."""
-    return f"gc6d_{object_id:06d}"
-
-
 def convert_object(root: Path, object_id: int, words: str, say: Callable[[str], None]) -> ConvertedObject:
     """Return an object of the data set (1..200) from the store, or convert and store it, which takes up to a minute.
 
     `words` describe it. Raises InputError if it has no usable mesh, or the store holds another object of that name, and
     MissingDependencyError without the extra `import`.
     """
-    name, notes = model_name(object_id), tuple[str, ...]()
+    name, notes = f"gc6d_{object_id:06d}", tuple[str, ...]()
     stored = find_stored(name)
     if stored is None:
         say(f"converting {name}: {words}")

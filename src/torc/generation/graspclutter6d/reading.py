@@ -192,12 +192,14 @@ def published_category(scene: int) -> Category:
     """Return the authors' handmade label of a scene. Raises InputError outside the data set's 1000."""
     if not 0 <= scene < 1000:
         raise InputError(f"Scene {scene} has no published label. Give --category.")
-    return "structured" if scene in _structured_scenes() else "unstructured"
+    structured = (int(word) for line in _lines("structured_scenes.txt") for word in line.split())
+    return "structured" if scene in structured else "unstructured"
 
 
 def object_words(object_id: int) -> str:
     """Return an object in words: "the can of peaches", or "object 42 of GraspClutter6D"."""
-    name = _object_names().get(object_id)
+    names = (row["name"] for row in csv.DictReader(_lines("object_names.csv")) if int(row["id"]) == object_id)
+    name = next(names, "")
     return f"the {name}" if name else f"object {object_id} of GraspClutter6D"
 
 
@@ -209,16 +211,6 @@ def parse_object_name(text: str) -> tuple[int, int | None]:
             f"'{text[:60]}' is no object of a scene. Write 44_1 or {object_stem(44)}_1 (object, instance)."
         )
     return int(found.group(1)), None if found.group(2) is None else int(found.group(2))
-
-
-@cache
-def _structured_scenes() -> frozenset[int]:
-    return frozenset(int(word) for line in _lines("structured_scenes.txt") for word in line.split())
-
-
-@cache
-def _object_names() -> dict[int, str]:
-    return {int(row["id"]): row["name"] for row in csv.DictReader(_lines("object_names.csv"))}
 
 
 def _lines(name: str) -> list[str]:

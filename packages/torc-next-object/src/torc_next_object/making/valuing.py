@@ -2,7 +2,7 @@
 
 The value is privileged: it knows what hides the target. The choice is tried once, with the grasp that is shown. Where
 it fails, what is best at any look follows; else the cheapest order that a search finds. There a pick takes its object's
-price (`pricing`), takes it away and does nothing else (`torc.oracle.ideal`). What has no grasp is a wasted pick.
+price (`pricing`), takes it away and does nothing else (`torc.oracle.solve`). What has no grasp is a wasted pick.
 
 The interval of a value has two parts. p(hold) may be off, in every pick of the order alike. And the search is bounded:
 the low end is what no order that was not looked at can be below, if the picks that are left, of which one at least is
@@ -15,7 +15,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from torc.oracle.ideal import MAX_PICKS
+from torc.oracle.solve import MAX_PICKS
 from torc.records import TARGET_ID
 from torc_next_object.making.pricing import NEVER, Price, Try
 
