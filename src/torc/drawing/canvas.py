@@ -19,8 +19,6 @@ _font = cache(ImageFont.load_default)
 
 
 class Canvas:
-    """A picture that is being drawn."""
-
     def __init__(self, width_px: int, height_px: int) -> None:
         self.width_px, self.height_px = width_px, height_px
         self._image = Image.new("RGB", (width_px * _OVERSAMPLING, height_px * _OVERSAMPLING), PAPER)
@@ -42,7 +40,6 @@ class Canvas:
             first = last
 
     def arrow_head(self, curve: Curve, color: Color) -> None:
-        """Draw an arrow head at the end of a curve."""
         tip, back = curve[-1], curve[max(0, len(curve) - 8)]
         along = (tip - back) / max(float(np.linalg.norm(tip - back)), 1e-9)
         side = np.array([-along[1], along[0]])
@@ -50,11 +47,9 @@ class Canvas:
         self._pen.polygon((corners * _OVERSAMPLING).ravel().tolist(), fill=color)
 
     def disk(self, x: float, y: float, radius_px: float, fill: Color) -> None:
-        """Draw a filled circle."""
         self._pen.ellipse(_square(x, y, radius_px), fill=fill)
 
     def broken_ring(self, x: float, y: float, radius_px: float) -> None:
-        """Draw a circle's outline in pieces."""
         for start in range(0, 360, 30):
             self._pen.arc(_square(x, y, radius_px), start, start + 16, INK, round(1.6 * _OVERSAMPLING))
 
@@ -78,7 +73,6 @@ class Canvas:
         return right / _OVERSAMPLING
 
     def finish(self) -> UInt8[np.ndarray, "h w 3"]:
-        """Return the picture."""
         return np.array(self._image.reduce(_OVERSAMPLING))
 
 

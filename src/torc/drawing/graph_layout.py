@@ -20,12 +20,8 @@ _SWEEPS = 12
 
 @dataclass(frozen=True)
 class Layout:
-    """Places in units of columns and rows, row 0 at the top.
-
-    Attributes:
-        places: (column, row) per node id.
-        routes: per edge (source, target) the (column, row) waypoints from source to target, ends included.
-        columns, rows: extent.
+    """The (column, row) of each node id, row 0 at the top; the waypoints of each edge (source, target), ends included;
+    and the extent.
     """
 
     places: dict[int, tuple[float, int]]

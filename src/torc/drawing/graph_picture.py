@@ -111,7 +111,6 @@ class _GraphPicture:
         self.canvas.text((x, y), text, _TEXT_PX, _edge_color(edge.kind, pale), boxed=True)
 
     def node(self, node: DependencyNode, is_target: bool, probability: float | None, chosen: bool) -> None:
-        """Draw the node's disk with its id, and the text above and below it."""
         x, y = self.at(self.layout.places[node.id])
         self._disk(node, x, y, chosen)
         room = _RADIUS_PX + (17 if chosen else 12)

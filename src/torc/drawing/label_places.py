@@ -20,12 +20,8 @@ whether that is beside the mask.
 
 @dataclass(frozen=True)
 class LabelPlace:
-    """The place of a number.
-
-    Attributes:
-        row, col, size: its box: upper left pixel, (height, width).
-        anchor: the mask pixel where it would be best.
-        leader: the box lies beside the mask, tied to the anchor by a line.
+    """The place of a number: the upper left pixel of its box, and the mask pixel where it would be best, to which a line,
+    the leader, ties a box beside the mask.
     """
 
     row: int

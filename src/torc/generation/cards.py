@@ -59,7 +59,6 @@ class Card:
 
     @property
     def wanted(self) -> str:
-        """The target as text."""
         return self.problem.description or self.problem.target
 
     @property
@@ -89,7 +88,6 @@ class Card:
         return {i: names.index(o.name) + 1 for i, o in ids if o.name in names}
 
     def to_dict(self) -> dict[str, Any]:
-        """Return JSON-compatible data."""
         return {
             "problem": self.problem.name,
             "category": self.problem.category,

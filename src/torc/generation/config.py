@@ -79,13 +79,11 @@ class GenerationConfig:
 
 
 def generator_version(config: GenerationConfig) -> int:
-    """Return the version of the generator that makes problems of a configuration."""
     large = config.category == "unstructured" and config.objects[1] > MANY
     return LARGE_PILE_VERSION if large else GENERATOR_VERSION
 
 
 def hiddenness_of(fraction: float, pixels: int) -> Hiddenness:
-    """Return the group of a target with this visible fraction and number of pixels."""
     if pixels < PerceptionConfig().min_target_pixels:
         return Hiddenness.HIDDEN
     return Hiddenness.VISIBLE if fraction >= VISIBLE_FROM else Hiddenness.PARTLY

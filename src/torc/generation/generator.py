@@ -102,8 +102,8 @@ def generate_problem(
             rejections[reason] += 1
             progress(attempt + 1, reason)
             continue
-        asked, found = _asked(config, seed, inspector.robot), {"attempt": attempt, "target": problem.target}
-        origin, workspace = asked | found | difficulty.facts(), named(inspector.workspace)
+        found: dict[str, Scalar] = {"attempt": attempt, "target": problem.target, **difficulty.facts()}
+        origin, workspace = _asked(config, seed, inspector.robot) | found, named(inspector.workspace)
         problem = replace(problem, name=problem_name(config, seed), origin=origin, workspace=workspace)
         return GeneratedProblem(problem, difficulty, attempt + 1, dict(rejections))
     return NotGenerated(config.attempts, dict(rejections))

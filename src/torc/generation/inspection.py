@@ -41,7 +41,6 @@ class Surroundings:
 
     @property
     def all(self) -> tuple[str, ...]:
-        """All of them, each once."""
         return tuple(dict.fromkeys((*self.in_front, *self.beside, *self.taller)))
 
 
@@ -239,7 +238,6 @@ class Difficulty:
     taller: int
 
     def facts(self) -> dict[str, Scalar]:
-        """Return the facts for a problem file."""
         return {
             "hiddenness": self.hiddenness.value,
             "visible_fraction": round(self.visible_fraction, 4),
@@ -249,7 +247,6 @@ class Difficulty:
         }
 
     def words(self) -> str:
-        """Return the facts on one line."""
         seen = f"target {100 * self.visible_fraction:.0f} % in sight ({self.hiddenness.value})"
         around = f"{self.in_front} in front, {self.beside} beside, {self.taller} taller"
         return f"{self.objects} objects, {seen}, {around}"

@@ -97,13 +97,8 @@ def allowed_models(config: GenerationConfig, highest_m: float = np.inf) -> tuple
     for kind in config.kinds:
         if kind not in known:
             raise UnknownNameError("object kind", kind, sorted(known))
-    names = tuple(
-        f.name
-        for f in facts
-        if config.held_out in (None, f.held_out)
-        and (not config.kinds or f.kind in config.kinds)
-        and (highest_m == np.inf or load_object(f.name).size_m[2] <= highest_m)
-    )
+    fit = (f for f in facts if config.held_out in (None, f.held_out) and f.kind in (config.kinds or known))
+    names = tuple(f.name for f in fit if highest_m == np.inf or load_object(f.name).size_m[2] <= highest_m)
     if len(names) < config.objects[1]:
         raise InputError(
             f"{config.objects[1]} objects are wanted, but there are only {len(names)} object models to choose from. "

@@ -45,7 +45,6 @@ class ValidationReport:
 
     @property
     def valid(self) -> bool:
-        """True if every check passed."""
         return all(check.passed for check in self.checks)
 
 

@@ -42,7 +42,6 @@ class OracleAnswer:
     """The best order of picks found for the problem with this seed; if not solved, the most promising one.
 
     Attributes:
-        solved: the order retrieves the target.
         drops: objects other than the target that fall off the table.
         proved: no order needs fewer picks, or equally many with fewer drops; if not solved, no order (of at most
             `limit` picks) leads to the target.
@@ -73,16 +72,13 @@ class OracleAnswer:
 
     @property
     def picks(self) -> int:
-        """Length of the order."""
         return len(self.foreseen)
 
     @property
     def order(self) -> tuple[str, ...]:
-        """Names of the objects to pick."""
         return tuple(pick.name for pick in self.foreseen)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return JSON-compatible data."""
         return {"picks": self.picks, "order": list(self.order), "bound": self.bound.value, **to_plain(self)}
 
     def verdict(self) -> str:
@@ -102,7 +98,6 @@ class OracleAnswer:
         return f"{picks}, {drops}; {how_good}."
 
     def effort(self) -> str:
-        """Return the effort of the search in words."""
         return f"{_count(self.picks_tried, 'pick')} tried, {_count(self.looks, 'look')}"
 
     def text(self) -> str:

@@ -39,7 +39,6 @@ class OraclePlanner(TaskPlannerTraits):
     privileged = True
 
     def __init__(self, budget: float = DEFAULT_BUDGET) -> None:
-        """Take the budget of each search, in simulated picks."""
         check_budget(budget)
         self.budget = budget
         self._simulation: Simulation | None = None

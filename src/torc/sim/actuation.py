@@ -48,7 +48,6 @@ class SimulatedGripper:
 
     @property
     def max_width_m(self) -> float:
-        """Largest opening between the pads."""
         return self._gripper.max_width_m
 
     @property
@@ -104,7 +103,6 @@ class SimulatedGripper:
         return self.closed, float(force)
 
     def restore(self, state: GripState) -> None:
-        """Repeat a saved command."""
         self.closed, force = state
         self._limit_force(force)
 
@@ -117,7 +115,6 @@ class SimulatedGripper:
         self._stepper.world.data.ctrl[self._actuator] = ctrl
 
     def _run(self) -> GripperState:
-        """Run until the pads rest."""
         elapsed, still = 0.0, 0.0
         chunk = 5 * self._stepper.period_s
         before = self.width_m

@@ -18,6 +18,8 @@ COARSE = replace(UNSEEN, timestep_s=0.004, implicit=False)
 """For worlds in which objects are only piled up, let down, and tested for creeping: they cost half the computing time,
 and piles creep no less. Where numbers matter, a world like those of trials decides.
 """
+_CLEARANCE_M = 0.04
+"""An object of a pile is let go this far above everything else. More makes them bounce over the walls."""
 EASED_M, _EASING_STEPS = 0.002, 1000
 """Ordinary settling copes with objects that are inside each other by this much."""
 
@@ -54,15 +56,12 @@ class DumpConfig:
 
     Attributes:
         walls_size_m: inner lengths of the temporary walls along x and y; without walls, every third object is lost.
-        clearance_m: how far above everything else the next object is let go. More makes them bounce over the walls.
         places: how many places are tried for each object; it is let go above the one where it comes lowest, so that
             it falls least and the pile grows in layers. With one it is let go above all others, wherever they lie.
     """
 
     center_xy: tuple[float, float] = (0.65, -0.12)
     walls_size_m: tuple[float, float] = (0.42, 0.46)
-    walls_height_m: float = 0.6
-    clearance_m: float = 0.04
     interval_s: float = 0.3
     places: int = 1
 
@@ -166,12 +165,12 @@ def _pose_above(
     below = np.maximum(tops, world.workspace.support_z_m)
     lowest = int(np.argmin(below))
     q = rng.standard_normal(4)
-    z = below[lowest] + radii[object_id] + config.clearance_m
+    z = below[lowest] + radii[object_id] + _CLEARANCE_M
     return np.array([*places[lowest], z]), q / np.linalg.norm(q)
 
 
 def _walls(workspace: Workspace, config: DumpConfig) -> tuple[Box, ...]:
-    (x, y), (lx, ly), h, t = config.center_xy, config.walls_size_m, config.walls_height_m, 0.1
+    (x, y), (lx, ly), h, t = config.center_xy, config.walls_size_m, 0.6, 0.1
     z = workspace.support_z_m + h / 2
     return (
         Box("pen_front", (x - lx / 2 - t / 2, y, z), (t, ly + 2 * t, h)),
@@ -231,12 +230,10 @@ class StillnessReport:
 
     @property
     def distance_m(self) -> float:
-        """The largest distance."""
         return float(self.distances_m.max(initial=0.0))
 
     @property
     def angle_rad(self) -> float:
-        """The largest angle."""
         return float(self.angles_rad.max(initial=0.0))
 
 

@@ -76,17 +76,14 @@ class World:
 
     @property
     def object_count(self) -> int:
-        """Number of objects in the problem."""
         return len(self.object_bodies)
 
     @property
     def time_s(self) -> float:
-        """Simulated time."""
         return float(self.data.time)
 
     @property
     def present(self) -> Bool[np.ndarray, "n"]:
-        """Which objects are still in the scene."""
         return self.presence == Presence.PRESENT
 
     @property
@@ -132,8 +129,7 @@ class World:
 
     def off_table(self) -> tuple[int, ...]:
         """Return ids of the objects in the scene that left the table, rising."""
-        on_table = set(self.on_table())
-        return tuple(i for i in np.flatnonzero(self.present).tolist() if i not in on_table)
+        return tuple(np.setdiff1d(np.flatnonzero(self.present), self.on_table()).tolist())
 
     def in_bin(self) -> tuple[int, ...]:
         """Return ids of the objects in the scene whose centre is within the bin, up to 5 cm above its rim."""
@@ -155,7 +151,6 @@ class World:
         self.presence[object_id] = presence
 
     def unpark(self, object_id: int, position: np.ndarray, wxyz: np.ndarray) -> None:
-        """Put a parked object back into the scene."""
         self.set_object_pose(object_id, position, wxyz)
         self.data.xfrc_applied[self.object_bodies[object_id]] = 0.0
         self.presence[object_id] = Presence.PRESENT
@@ -227,12 +222,10 @@ def _rest_robot(model: mujoco.MjModel, data: mujoco.MjData, robot: RobotDescript
 def _label_geoms(
     model: mujoco.MjModel, boxes: tuple[Box, ...], object_bodies: Int[np.ndarray, "n"]
 ) -> Int16[np.ndarray, "g"]:
-    labels = np.full(model.ngeom, ROBOT, np.int16)
     background = {"floor", "bin_stand", *(b.name for b in boxes)}
-    for geom in range(model.ngeom):
-        name = model.geom(geom).name
-        if name in background or name.startswith(("leg_", "room_")):
-            labels[geom] = BACKGROUND
+    names = [model.geom(geom).name for geom in range(model.ngeom)]
+    is_background = [name in background or name.startswith(("leg_", "room_")) for name in names]
+    labels = np.where(is_background, BACKGROUND, ROBOT).astype(np.int16)
     for object_id, body in enumerate(object_bodies):
         labels[model.geom_bodyid == body] = object_id
     return labels

@@ -86,7 +86,6 @@ def build_spec(
 
 
 def object_body_name(object_id: int) -> str:
-    """Return the name of an object's body."""
     return f"object_{object_id}"
 
 

@@ -71,7 +71,6 @@ class Stepper:
             self.step()
 
     def save(self) -> StepperState:
-        """Return the stepper's memory."""
         return self._count, self._watchdog.deep_since_s
 
     def restore(self, state: StepperState) -> None:

@@ -23,11 +23,8 @@ _MARGIN_PX = 2
 
 @dataclass(frozen=True)
 class Visibility:
-    """Pixels of each object in one camera's image.
-
-    Attributes:
-        pixels_alone: with all other objects removed.
-        hidden_by: [k, j]: pixels in which object k would show alone, and object j shows in its place.
+    """Pixels of each object in one camera's image, and with all other objects removed; and [k, j] the pixels in which
+    object k would show alone, and object j shows in its place.
     """
 
     pixels: Int[np.ndarray, "n"]

@@ -3,10 +3,11 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
-from torc.errors import InputError, PhysicsError, UnknownNameError
+from torc.errors import InputError, PhysicsError
 from torc.generation.graspclutter6d.reading import (
     ANNOTATION,
     CAMERA,
@@ -90,7 +91,8 @@ def convert_object(root: Path, object_id: int, words: str, say: Callable[[str], 
     return ConvertedObject(load_stored(stored), source.T_object_mesh, notes)
 
 
-PLACEMENTS = {
+Placement = Literal["torc", "paper"]
+PLACEMENTS: Mapping[Placement, tuple[float, float, float]] = {
     # Where the arm reaches best; the fall is short, so that standing objects stay upright.
     "torc": (0.65, -0.12, 0.005),
     # Like the retrieval paper's converter: make_mjcf.py in
@@ -112,16 +114,12 @@ class ImportConfig:
     `patience` times in all.
     """
 
-    placement: str = "torc"
+    placement: Placement = "torc"
     annotation: int = ANNOTATION
     camera: str = CAMERA
     settle: SettleConfig = field(default_factory=lambda: SettleConfig(limit_s=10.0))
     still: StillnessConfig = field(default_factory=lambda: StillnessConfig(early_s=2.0))
     patience: int = 8
-
-    def __post_init__(self) -> None:
-        if self.placement not in PLACEMENTS:
-            raise UnknownNameError("placement", self.placement, list(PLACEMENTS))
 
 
 @dataclass(frozen=True)
@@ -177,7 +175,7 @@ def settle_scene(
 
 
 def place_objects(
-    scene: AnnotatedScene, objects: Mapping[int, ConvertedObject], placement: str
+    scene: AnnotatedScene, objects: Mapping[int, ConvertedObject], placement: Placement
 ) -> tuple[ObjectPlacement, ...]:
     """Place the scene's objects (by object id) in the world, in file order: turned as annotated, moved as a whole."""
     converted = [objects[o.object_id] for o in scene.objects]
