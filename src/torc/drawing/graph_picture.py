@@ -13,20 +13,14 @@ from torc.records.graph import DependencyEdge, DependencyGraph, DependencyNode, 
 
 _FAINT: Color = (120, 120, 126)
 _CHOSEN: Color = (20, 150, 60)
-EDGE_COLORS: Mapping[EdgeKind, Color] = {
-    EdgeKind.BELOW: (176, 58, 46),
-    EdgeKind.GRASP_BLOCKING: (31, 97, 141),
-    EdgeKind.BEHIND: (110, 110, 116),
-    EdgeKind.HIDDEN_BY: (125, 60, 152),
-    EdgeKind.MAY_BE: (190, 110, 20),
+_STYLES: Mapping[EdgeKind, tuple[Color, tuple[float, float] | None]] = {
+    EdgeKind.BELOW: ((176, 58, 46), None),
+    EdgeKind.GRASP_BLOCKING: ((31, 97, 141), None),
+    EdgeKind.BEHIND: ((110, 110, 116), (9.0, 6.0)),
+    EdgeKind.HIDDEN_BY: ((125, 60, 152), (2.5, 5.0)),
+    EdgeKind.MAY_BE: ((190, 110, 20), (2.5, 5.0)),
 }
-_DASHES_PX: Mapping[EdgeKind, tuple[float, float] | None] = {
-    EdgeKind.BELOW: None,
-    EdgeKind.GRASP_BLOCKING: None,
-    EdgeKind.BEHIND: (9.0, 6.0),
-    EdgeKind.HIDDEN_BY: (2.5, 5.0),
-    EdgeKind.MAY_BE: (2.5, 5.0),
-}
+"""Colour and dashes of each kind of edge, pixels."""
 _LANE_PX = 13.0
 """Sideways shift of an edge, pixels, where another one runs the other way."""
 _WEIGHT_PLACES = (0.6, 0.7, 0.5, 0.8, 0.4, 0.3, 0.2, 0.9)
@@ -94,7 +88,7 @@ class _GraphPicture:
 
     def edge(self, edge: DependencyEdge, bold: bool, pale: bool) -> None:
         curve, color = self._curve(edge), _edge_color(edge.kind, pale)
-        self.canvas.stroke(curve, color, 2.6 if bold else 1.8, _DASHES_PX[edge.kind])
+        self.canvas.stroke(curve, color, 2.6 if bold else 1.8, _STYLES[edge.kind][1])
         self.canvas.arrow_head(curve, color)
 
     def weight(self, edge: DependencyEdge, pale: bool) -> None:
@@ -127,9 +121,9 @@ class _GraphPicture:
         x, y = 16.0, canvas.height_px - 1.3 * px
         for kind in EdgeKind:
             if kind in kinds:
-                line = np.linspace((x, y), (x + 30, y), 31)
-                canvas.stroke(line, EDGE_COLORS[kind], 2, _DASHES_PX[kind])
-                x = canvas.text((x + 36, y), kind.value, px, EDGE_COLORS[kind], anchor="lm") + 18
+                color, dashes = _STYLES[kind]
+                canvas.stroke(np.linspace((x, y), (x + 30, y), 31), color, 2, dashes)
+                x = canvas.text((x + 36, y), kind.value, px, color, anchor="lm") + 18
         canvas.disk(x + 6, y, 6, INK)
         canvas.disk(x + 6, y, 4.5, PAPER)
         x = canvas.text((x + 18, y), "graspable", px, _FAINT, anchor="lm") + 18
@@ -178,7 +172,7 @@ def _awaited(graph: DependencyGraph) -> set[int]:
 
 
 def _edge_color(kind: EdgeKind, pale: bool) -> Color:
-    r, g, b = EDGE_COLORS[kind]
+    r, g, b = _STYLES[kind][0]
     return (r // 3 + 160, g // 3 + 160, b // 3 + 160) if pale else (r, g, b)
 
 

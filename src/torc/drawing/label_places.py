@@ -20,8 +20,8 @@ whether that is beside the mask.
 
 @dataclass(frozen=True)
 class LabelPlace:
-    """The place of a number: the upper left pixel of its box, and the mask pixel where it would be best, to which a line,
-    the leader, ties a box beside the mask.
+    """The place of a number: its box's upper left pixel, and the mask pixel where it would be best, to which a leader,
+    a line, ties a box beside the mask.
     """
 
     row: int

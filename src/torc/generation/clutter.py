@@ -9,7 +9,6 @@ from torc.errors import InputError
 from torc.generation.arrangements import StructuredConfig, drop_arrangement, structured_arrangement
 from torc.generation.config import MANY, Reason, RejectedError
 from torc.objects.library import load_object
-from torc.objects.models import ObjectModel
 from torc.problems.problem import ObjectPlacement, Problem
 from torc.problems.schema import Category
 from torc.sim.contacts import deepest_overlap
@@ -102,14 +101,13 @@ def clutter_config(category: Category, count: int, room: Room | None = None) -> 
     if category == "unstructured" and not room.open_above:
         raise InputError("Nothing can be dumped under a roof: --structured.")
     (x, y), (lx, ly) = room.center, room.size
-    standing = replace(config.arrangement, margin_m=0.0)
     return replace(
         config,
         center_xy=room.center,
         region_m=(lx - 2 * _FROM_WALL_M, ly - 2 * _FROM_WALL_M),
         fill=(*config.fill, 0.34, 0.28, 0.22),
         walls_m=room.size,
-        arrangement=standing,
+        arrangement=replace(config.arrangement, margin_m=0.0),
         reach_xy=((x - lx / 2, x + lx / 2), (y - ly / 2, y + ly / 2)),
     )
 
@@ -136,16 +134,15 @@ def make_clutter(
     `models` may be more than wanted in the end. Raises RejectedError or PhysicsError if there is no such scene, and
     UnknownNameError for an unknown model.
     """
-    loaded = [load_object(model) for model in models]
     if category == "unstructured":
         scene = _scene(category, drop_arrangement(models, rng))
         # The mean area of a box's shadow over all orientations is a quarter of its surface (Cauchy).
-        shadows_m2 = sum(0.5 * (a * b + b * c + c * a) for a, b, c in (m.size_m for m in loaded))
+        shadows_m2 = sum(0.5 * (a * b + b * c + c * a) for a, b, c in (load_object(m).size_m for m in models))
         walls = _shrunk(config.walls_m, shadows_m2 / config.heap)
         dumping = DumpConfig(config.center_xy, walls, interval_s=config.drop_s, places=config.places)
         scene = dump(scene, workspace, rng, dumping, config.rough, COARSE)[0]
     else:
-        objects = _side_by_side(loaded, workspace, rng, config)
+        objects = _side_by_side(models, workspace, rng, config)
         scene = settle_problem(_scene(category, objects), workspace)[0]
     return _calmed(scene, wanted, workspace, config)
 
@@ -169,17 +166,17 @@ def astray(problem: Problem, workspace: Workspace, config: ClutterConfig) -> tup
 
 
 def _side_by_side(
-    models: list[ObjectModel], workspace: Workspace, rng: np.random.Generator, config: ClutterConfig
+    models: list[str], workspace: Workspace, rng: np.random.Generator, config: ClutterConfig
 ) -> list[ObjectPlacement]:
     """Return the tightest structured arrangement that is found."""
-    footprints_m2 = sum(m.size_m[0] * m.size_m[1] for m in models)
+    footprints_m2 = sum(m.size_m[0] * m.size_m[1] for m in map(load_object, models))
     for fill in config.fill:
         lengths = _shrunk(config.region_m, footprints_m2 / fill)
         (x, y), (lx, ly) = config.center_xy, lengths
         region = ((x - lx / 2, x + lx / 2), (y - ly / 2, y + ly / 2))
         arrangement = replace(config.arrangement, region=region, support_z_m=workspace.support_z_m)
         with suppress(InputError):
-            return structured_arrangement([m.name for m in models], rng, arrangement)
+            return structured_arrangement(models, rng, arrangement)
     raise RejectedError(Reason.DOES_NOT_FIT)
 
 
