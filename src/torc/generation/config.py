@@ -78,11 +78,6 @@ class GenerationConfig:
             raise InputError("A problem needs at least one attempt.")
 
 
-def generator_version(config: GenerationConfig) -> int:
-    large = config.category == "unstructured" and config.objects[1] > MANY
-    return LARGE_PILE_VERSION if large else GENERATOR_VERSION
-
-
 def hiddenness_of(fraction: float, pixels: int) -> Hiddenness:
     if pixels < PerceptionConfig().min_target_pixels:
         return Hiddenness.HIDDEN

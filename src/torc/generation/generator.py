@@ -18,11 +18,13 @@ from torc.generation.clutter import (
     worst_mover,
 )
 from torc.generation.config import (
+    GENERATOR_VERSION,
+    LARGE_PILE_VERSION,
+    MANY,
     GenerationConfig,
     Hiddenness,
     Reason,
     RejectedError,
-    generator_version,
 )
 from torc.generation.families import SceneFamily, before, scene_family
 from torc.generation.inspection import Difficulty, Inspector, SceneView, robot_facts
@@ -189,9 +191,10 @@ def _asked(config: GenerationConfig, seed: int, robot: RobotDescription) -> dict
         "own": config.own,
         "family": config.family,
     }
+    large = config.category == "unstructured" and config.objects[1] > MANY
     return {
         "source": "torc problems generate",
-        "generator": generator_version(config),
+        "generator": LARGE_PILE_VERSION if large else GENERATOR_VERSION,
         "torc": torc.__version__,
         "seed": seed,
         "wanted_objects": "-".join(map(str, config.objects)),
