@@ -6,7 +6,7 @@
     python -m tools.learned_picker train build/picker build/picker2
 
 At each look of a retrieval, every object that can be picked is taken in turn, and a planner goes on from there; the
-picks to the target are the choice's value. Nothing slips or falls (`torc.oracle.ideal`), so that a value is of the
+picks to the target are the choice's value. Nothing slips or falls (`tools.ideal`), so that a value is of the
 choice and not of luck. The model is trained to tell the choices that no other one beats.
 """
 

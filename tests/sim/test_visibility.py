@@ -9,8 +9,7 @@ from torc.problems.problem import load_problem
 from torc.sim.gl import gl_backend
 from torc.sim.rendering import CameraRenderer
 from torc.sim.settling import UNSEEN
-from torc.sim.simulated_world import Presence, build_world
-from torc.sim.state import save_state
+from torc.sim.simulated_world import Presence, build_world, save_state
 from torc.sim.visibility import filled_voxels, measure_visibility
 from torc.workspace.workspace_files import load_workspace
 

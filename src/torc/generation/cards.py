@@ -18,8 +18,7 @@ from torc.oracle.answer import OracleOrder
 from torc.problems.problem import Problem
 from torc.records import TARGET_ID
 from torc.sim.rendering import CameraRenderer, View
-from torc.sim.simulated_world import Presence, World, build_world
-from torc.sim.state import restore_state, save_state
+from torc.sim.simulated_world import Presence, World, build_world, restore_state, save_state
 from torc.specs.conditions import DEFAULT_WORKSPACE
 from torc.workspace.description import CameraMount
 from torc.workspace.workspace_files import load_workspace

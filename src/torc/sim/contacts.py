@@ -8,8 +8,7 @@ from jaxtyping import Bool, Float, Int
 
 from torc.records import ROBOT
 from torc.robots.description import RobotDescription
-from torc.sim.simulated_world import World
-from torc.sim.state import restore_state, save_state
+from torc.sim.simulated_world import World, restore_state, save_state
 
 _BORNE_SHARE = 0.1
 """An object lies on another that bears this share of its weight from below; less is leaning against its side."""

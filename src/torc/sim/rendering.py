@@ -3,7 +3,9 @@
 Cameras are given in the OpenCV frame and are converted to MuJoCo's only here.
 """
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from typing import Self
 
 import mujoco
 import numpy as np
@@ -12,7 +14,6 @@ from jaxtyping import Float32, Int16, UInt8
 from torc.errors import InputError
 from torc.geometry.transforms import Pose
 from torc.records import BACKGROUND
-from torc.sim.closing import Closing
 from torc.sim.gl import BACKENDS, borrow_context, gl_backend, return_context
 from torc.sim.raycasting import cast, pixel_directions, shade
 from torc.sim.simulated_world import World
@@ -34,6 +35,20 @@ class View:
     rgb: UInt8[np.ndarray, "h w 3"]
     depth_m: Float32[np.ndarray, "h w"]
     label_image: Int16[np.ndarray, "h w"]
+
+
+class Closing(ABC):
+    """Close it, or use it in a `with` statement."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Free what it holds."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
 
 
 class CameraRenderer(Closing):

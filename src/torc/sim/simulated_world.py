@@ -1,4 +1,7 @@
-"""The simulated world: a MuJoCo model and its state, with the objects' ids."""
+"""The simulated world: a MuJoCo model and its state, with the objects' ids.
+
+A state is saved and restored bit for bit. `SimulatedRobot.save` covers what a robot in the world remembers besides.
+"""
 
 from collections.abc import Callable
 from enum import IntEnum
@@ -19,6 +22,8 @@ from torc.workspace.description import Box, Workspace
 
 _PARKING_M = np.array([-60.0, -60.0, 40.0])
 _PARKING_STEP_M = 2.0
+_PARTS = int(mujoco.mjtState.mjSTATE_INTEGRATION)
+_WARNINGS = int(mujoco.mjtWarning.mjNWARNING)
 _OVERHANG_M = 0.03
 _AWAKE = -1 - mujoco.mjMINAWAKE
 """Value of `tree_asleep`: awake, and as many steps of rest away from sleep as possible."""
@@ -118,7 +123,7 @@ class World:
 
     def wake(self) -> None:
         """End the sleep of all objects: they may have lost their support."""
-        put_to_sleep(self.model, self.data, np.full(self.model.ntree, _AWAKE))
+        _put_to_sleep(self.model, self.data, np.full(self.model.ntree, _AWAKE))
 
     def on_table(self) -> tuple[int, ...]:
         """Return ids of the objects still on the table, rising: centre above it, or up to 3 cm beyond."""
@@ -231,7 +236,50 @@ def _label_geoms(
     return labels
 
 
-def put_to_sleep(model: mujoco.MjModel, data: mujoco.MjData, tree_asleep: Int[np.ndarray, "t"]) -> None:
+def save_state(world: World) -> Float[np.ndarray, "s"]:
+    """Return everything that decides the world's future, as one array: MuJoCo's integration state, each object's
+    Presence, MuJoCo's counts of warnings, by which the watchdog detects a diverged simulation, and what sleeps.
+    """
+    state = np.empty(mujoco.mj_stateSize(world.model, _PARTS))
+    mujoco.mj_getState(world.model, world.data, state, _PARTS)
+    warnings = [float(warning.number) for warning in world.data.warning]
+    asleep = world.data.tree_asleep.astype(float)
+    return np.concatenate([state, world.presence.astype(float), warnings, asleep])
+
+
+def refresh(world: World) -> None:
+    """Forget how the world got into its state, so that it continues as a restored copy would.
+
+    If objects may sleep, MuJoCo remembers more of that.
+    """
+    restore_state(world, save_state(world))
+
+
+def restore_state(world: World, state: Float[np.ndarray, "s"]) -> None:
+    """Restore a state saved from this world, or from one built alike, maybe in another process.
+
+    Raises InputError for a state of another size.
+    """
+    size = mujoco.mj_stateSize(world.model, _PARTS)
+    ends = np.cumsum([size, world.object_count, _WARNINGS, world.model.ntree])
+    if state.shape != (ends[-1],):
+        raise InputError(
+            f"The state has {state.shape} numbers, this world needs {ends[-1]}: "
+            "it was saved from a world with other objects or another robot."
+        )
+    mujoco.mj_resetData(world.model, world.data)
+    mujoco.mj_setState(world.model, world.data, np.ascontiguousarray(state[:size]), _PARTS)
+    world.presence[:] = state[size : ends[1]].astype(np.uint8)
+    for warning, number in zip(world.data.warning, state[ends[1] : ends[2]], strict=True):
+        warning.number = int(number)
+    # Nothing is computed for sleeping bodies: their poses have to be up to date before.
+    world.wake()
+    world.update_position_stage()
+    _put_to_sleep(world.model, world.data, state[ends[2] :].astype(int))
+    world.update_position_stage()
+
+
+def _put_to_sleep(model: mujoco.MjModel, data: mujoco.MjData, tree_asleep: Int[np.ndarray, "t"]) -> None:
     """Set what sleeps and what is awake, as `data.tree_asleep` was read from a world built alike.
 
     Positions must be up to date. Derived values are set as `mj_updateSleep` does.

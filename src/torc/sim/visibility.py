@@ -12,8 +12,7 @@ from jaxtyping import Bool, Float, Int, Int16
 from torc.geometry.transforms import make_pose, project, rotation_from_wxyz, transform_points
 from torc.records import BACKGROUND
 from torc.sim.raycasting import cast, pixel_directions
-from torc.sim.simulated_world import Presence, World
-from torc.sim.state import restore_state, save_state
+from torc.sim.simulated_world import Presence, World, restore_state, save_state
 from torc.workspace.description import CameraMount
 
 _FAR_M = 30.0
