@@ -20,11 +20,12 @@ from typing import Any
 
 import tyro
 
+from tools.ideal import looks_of, retrieve, shortest
 from torc.benchmark.intervals import by_problem, difference, mean
 from torc.episode.privileged import open_sandbox
 from torc.episode.steps import EpisodeConfig
 from torc.errors import InputError, TorcError
-from torc.oracle.ideal import MAX_PICKS, looks_of, retrieve, shortest
+from torc.oracle.solve import MAX_PICKS
 from torc.pipeline.building import build_system
 from torc.pipeline.planners import is_reference, make_spec_planner
 from torc.problems.problem import load_problem

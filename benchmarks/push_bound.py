@@ -15,13 +15,13 @@ from pathlib import Path
 
 import tyro
 
+from tools.ideal import Look, looks_of
 from torc.benchmark.intervals import by_problem, difference
 from torc.episode.privileged import open_sandbox
 from torc.episode.steps import EpisodeConfig
 from torc.errors import TorcError
-from torc.oracle.ideal import MAX_PICKS, Look, looks_of
 from torc.oracle.promise import rough_plans
-from torc.oracle.solve import options_of
+from torc.oracle.solve import MAX_PICKS, options_of
 from torc.oracle.tree import Options
 from torc.pipeline.building import build_system
 from torc.problems.problem import load_problem

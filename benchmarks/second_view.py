@@ -20,7 +20,7 @@ from torc.pipeline.building import build_system
 from torc.problems.problem import load_problem
 from torc.problems.sets import select_problems
 from torc.records import EMPTY
-from torc.sim.filled import filled_voxels
+from torc.sim.visibility import filled_voxels
 from torc.specs.conditions import Conditions
 from torc.testing.contexts import see
 

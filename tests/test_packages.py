@@ -80,7 +80,6 @@ DOORS = {
     "torc.motion.timing",
     "torc.objects.library",
     "torc.occlusion.volume",
-    "torc.oracle.ideal",
     "torc.oracle.solve",
     "torc.perception.checked_scenes",
     "torc.perception.disparity",

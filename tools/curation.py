@@ -19,7 +19,7 @@ import tyro
 from torc.errors import InputError
 from torc.generation.generator import inspector_for
 from torc.generation.inspection import difficulty_of
-from torc.generation.oracle_orders import ORDER_KEY
+from torc.oracle.answer import ORDER_KEY
 from torc.problems.problem import Problem, load_problem, save_problem
 from torc.problems.schema import Category
 from torc.problems.sets import select_problems

@@ -17,7 +17,7 @@ from typing import Literal
 import tyro
 
 from torc.errors import InputError
-from torc.generation.oracle_orders import ORDER_KEY
+from torc.oracle.answer import ORDER_KEY
 from torc.problems.problem import Problem, load_problem, save_problem
 from torc.problems.sets import select_problems
 

@@ -6,7 +6,7 @@
     python -m tools.learned_picker train build/picker build/picker2
 
 At each look of a retrieval, every object that can be picked is taken in turn, and a planner goes on from there; the
-picks to the target are the choice's value. Nothing slips or falls (`torc.oracle.ideal`), so that a value is of the
+picks to the target are the choice's value. Nothing slips or falls (`tools.ideal`), so that a value is of the
 choice and not of luck. The model is trained to tell the choices that no other one beats.
 """
 
@@ -19,12 +19,13 @@ import numpy as np
 import tyro
 from jaxtyping import Float, Float32, Int64
 
+from tools.ideal import Look, Retrieval, after, looks_of, retrieve
 from tools.running import exit_code
 from torc.episode.privileged import open_sandbox
 from torc.episode.steps import EpisodeConfig
 from torc.errors import InputError, PhysicsError
 from torc.io.record_files import load_record, save_record
-from torc.oracle.ideal import MAX_PICKS, Look, Retrieval, after, looks_of, retrieve
+from torc.oracle.solve import MAX_PICKS
 from torc.pipeline.building import build_system
 from torc.pipeline.planners import is_reference, make_planner
 from torc.problems.problem import load_problem

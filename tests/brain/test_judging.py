@@ -10,7 +10,7 @@ from PIL import Image
 
 from torc.brain.judging import judge
 from torc.cli.perception import EvaluateCommand
-from torc.drawing.mask_comparison import mask_comparison
+from torc.drawing.marking import mask_comparison
 from torc.errors import InputError
 from torc.perception.scoring import score_masks
 from torc.pipeline.frames.annotated import LAYOUTS, AnnotatedPicture, annotated_pictures

@@ -3,18 +3,18 @@
 import pytest
 
 from torc.cli import doctor
-from torc.sim import drawing_trial
+from torc.sim import gl
 
 
 def test_the_doctor_says_what_was_drawn(monkeypatch):
-    monkeypatch.setattr(drawing_trial, "try_drawing", lambda: ("", "the display is gone"))
+    monkeypatch.setattr(gl, "try_drawing", lambda: ("", "the display is gone"))
     monkeypatch.setenv("PYOPENGL_PLATFORM", "glx")
     finding = doctor._rendering()
     assert finding.required
     assert not finding.ok
     assert "the display is gone" in finding.detail
     assert "Unset PYOPENGL_PLATFORM=glx" in finding.remedy
-    monkeypatch.setattr(drawing_trial, "try_drawing", lambda: ("rays", ""))
+    monkeypatch.setattr(gl, "try_drawing", lambda: ("rays", ""))
     assert not doctor._rendering().required
 
 

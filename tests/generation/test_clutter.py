@@ -23,9 +23,8 @@ from torc.geometry.transforms import transform_points
 from torc.objects.library import load_object
 from torc.problems.problem import ObjectPlacement, Problem, load_problem
 from torc.sim.contacts import Overlap
-from torc.sim.settling import UNSEEN
+from torc.sim.settling import UNSEEN, watch_stillness
 from torc.sim.simulated_world import build_world
-from torc.sim.stillness import watch_stillness
 from torc.workspace.workspace_files import load_workspace
 
 WORKSPACE, CONFIG = load_workspace(), ClutterConfig()

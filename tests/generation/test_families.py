@@ -10,7 +10,7 @@ from torc.generation.clutter import without
 from torc.generation.config import GenerationConfig
 from torc.generation.families import before, hiders
 from torc.generation.generator import GeneratedProblem, generate_problem, is_made_from
-from torc.generation.shelves import sort_of
+from torc.generation.sampling import sort_of
 from torc.generation.validation import validate_problem
 from torc.objects.library import load_object, object_description
 from torc.objects.names import base_name

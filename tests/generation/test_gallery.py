@@ -10,12 +10,11 @@ from PIL import Image
 from torc.drawing.palette import object_color
 from torc.errors import InputError
 from torc.generation import cards, gallery
-from torc.generation.cards import GAP, VIEW_SIZE, Card, draw_card
+from torc.generation.cards import DRAWN_SIZE, GAP, VIEW_NAMES, VIEW_SIZE, Card, draw_card
 from torc.generation.config import Hiddenness
 from torc.generation.gallery import make_gallery
 from torc.generation.inspection import Difficulty
-from torc.generation.oracle_orders import OracleOrder
-from torc.generation.views import VIEW_NAMES
+from torc.oracle.answer import OracleOrder
 from torc.problems.problem import load_problem
 from torc.records import TARGET_ID
 from torc.sim.rendering import View
@@ -90,8 +89,8 @@ GRAY = 120
 def views(monkeypatch):
     """Views that take no time: gray, object 2 on the left, the target a spot on the right."""
 
-    def fake(problem, config):
-        labels = np.full((config.height, config.width), -1, np.int16)
+    def fake(problem):
+        labels = np.full(DRAWN_SIZE[::-1], -1, np.int16)
         labels[100:300, 50:300] = 2
         labels[400:408, 700:708] = TARGET_ID
         rgb = np.full((*labels.shape, 3), GRAY, np.uint8)

@@ -46,7 +46,7 @@ def test_it_is_what_was_asked_for(generated, inspector):
     assert problem.description == load_object(target.model).description
     assert Counter(o.model for o in problem.objects)[target.model] == 1
     view = inspector.view(problem)
-    assert not inspector.graspable_at_first(view, problem.target, SMALL.first_looks)
+    assert not inspector.graspable_at_first(view, problem.target, generator_module.FIRST_LOOKS)
     around = inspector.around(problem, problem.target)
     assert all(inspector.graspable_at_all(problem, name) for name in (problem.target, *around.all))
     assert generated.difficulty.visible_fraction == pytest.approx(view.fraction(problem.target))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from torc.generation.surfaces import SPACING_M, placed, surface_cloud
+from torc.generation.grasps import SPACING_M, placed, surface_cloud
 from torc.geometry.transforms import make_pose, rotation_about
 from torc.objects.library import load_object
 from torc.workspace.workspace_files import load_workspace

@@ -4,8 +4,8 @@ import pytest
 
 from tools.hard_sets import RULES
 from torc.generation.generator import inspector_for
-from torc.generation.oracle_orders import stated_order
 from torc.generation.validation import validate_problem
+from torc.oracle.answer import stated_order
 from torc.problems.problem import load_problem
 from torc.problems.sets import problem_names, problem_sets, select_problems
 from torc.specs.conditions import Conditions

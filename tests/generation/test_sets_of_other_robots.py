@@ -3,8 +3,8 @@
 import pytest
 
 from torc.generation.generator import inspector_for
-from torc.generation.oracle_orders import stated_order
 from torc.generation.validation import validate_problem
+from torc.oracle.answer import stated_order
 from torc.problems.problem import load_problem, robot_hint, robot_option
 from torc.problems.sets import problem_names
 from torc.robots.loading import load_robot

@@ -8,7 +8,7 @@ import pytest
 from torc.errors import InputError
 from torc.generation.arrangements import StructuredConfig, structured_arrangement
 from torc.generation.footprints import fits_on, footprint
-from torc.generation.shelves import SORTS, lanes, sample_sorted, sort_of
+from torc.generation.sampling import SORTS, lanes, sample_sorted, sort_of
 from torc.objects.library import builtin_object_names, load_object, object_facts
 
 SEEDS = range(4)

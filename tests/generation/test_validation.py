@@ -7,7 +7,7 @@ import pytest
 
 from torc.generation.validation import validate_problem
 from torc.problems.problem import ObjectPlacement, load_problem
-from torc.sim.stillness import StillnessConfig
+from torc.sim.settling import StillnessConfig
 from torc.workspace.workspace_files import load_workspace
 
 QUICK = {"stillness": StillnessConfig(seconds=1.0), "first_looks": 1}

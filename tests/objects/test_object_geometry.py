@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from tests.helpers.marks import long
-from torc.generation.surfaces import surface_cloud
+from torc.generation.grasps import surface_cloud
 from torc.objects.library import builtin_object_names, load_object
 from torc.objects.models import CollisionPiece
 from torc.problems.problem import ObjectPlacement, Problem
+from torc.sim.settling import StillnessConfig, watch_stillness
 from torc.sim.simulated_world import build_world
-from torc.sim.stillness import StillnessConfig, watch_stillness
 from torc.workspace.description import Box
 from torc.workspace.workspace_files import load_workspace
 

@@ -12,8 +12,7 @@ from torc.robots.loading import load_robot
 from torc.sim.contacts import ContactReader, deepest_overlap, lies_on
 from torc.sim.robot import _choose_held
 from torc.sim.settling import settle
-from torc.sim.simulated_world import Presence
-from torc.sim.state import save_state
+from torc.sim.simulated_world import Presence, save_state
 
 ROBOT = load_robot()
 

@@ -72,3 +72,12 @@ def test_a_returned_context_is_used_again_in_its_thread_alone(monkeypatch):
 def test_importing_the_simulation_starts_no_gl():
     code = "import sys, torc.sim.robot; sys.exit('OpenGL' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False, env={"PATH": ""}).returncode == 0
+
+
+def test_a_picture_is_drawn_in_a_process_of_its_own():
+    assert gl.try_drawing() == (gl.gl_backend(), "")
+
+
+def test_a_process_that_dies_is_a_fault(monkeypatch):
+    monkeypatch.setattr(gl.sys, "executable", "/bin/false")
+    assert gl.try_drawing() == ("", "the process ended with 1")

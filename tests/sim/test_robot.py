@@ -11,8 +11,7 @@ from torc.robots.kinematics import tcp_pose
 from torc.robots.loading import load_robot
 from torc.robots.protocols import ContactGuard
 from torc.sim.robot import SimulatedRobot
-from torc.sim.simulated_world import Presence, World
-from torc.sim.state import save_state
+from torc.sim.simulated_world import Presence, World, save_state
 from torc.workspace.workspace_files import load_workspace
 
 ROBOT = load_robot()

@@ -11,8 +11,7 @@ from torc.records import BACKGROUND, ROBOT
 from torc.robots.kinematics import tool0_poses
 from torc.robots.loading import load_robot
 from torc.sim.rendering import CameraRenderer
-from torc.sim.simulated_world import Presence, build_world
-from torc.sim.state import restore_state, save_state
+from torc.sim.simulated_world import Presence, build_world, restore_state, save_state
 from torc.workspace.workspace_files import load_workspace
 
 

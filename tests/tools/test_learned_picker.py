@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 
+from tools.ideal import looks_of, retrieve
 from tools.learned_picker import Choices, Collect, Train, choices_of, fit, gains_of, load_choices
 from torc.episode.privileged import open_sandbox
 from torc.episode.steps import EpisodeConfig
 from torc.errors import InputError
 from torc.io.record_files import save_record
-from torc.oracle.ideal import MAX_PICKS, looks_of, retrieve
+from torc.oracle.solve import MAX_PICKS
 from torc.pipeline.building import build_system
 from torc.problems.problem import load_problem
 from torc.specs.conditions import Conditions

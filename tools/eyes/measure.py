@@ -8,7 +8,7 @@ from jaxtyping import Int16
 
 from tools.eyes.collect import BACKGROUND, SavedView, load_view, scene_files
 from tools.eyes.samples import index_views
-from torc.drawing.mask_comparison import Compared, mask_comparison
+from torc.drawing.marking import Compared, mask_comparison
 from torc.io.pictures import write_png
 from torc.perception.embedded.inputs import PIXEL_M, Patch, View, Window, channels, cut
 from torc.perception.embedded.instances import InstanceConfig, find_instances

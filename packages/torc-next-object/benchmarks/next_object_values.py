@@ -19,7 +19,7 @@ import tyro
 from torc.episode.privileged import open_sandbox
 from torc.episode.steps import EpisodeConfig
 from torc.errors import PhysicsError
-from torc.oracle.ideal import MAX_PICKS, best_hold
+from torc.oracle.solve import MAX_PICKS, best_hold
 from torc.pipeline.better_bet import BetConfig
 from torc.pipeline.building import System, build_system
 from torc.problems.problem import load_problem

@@ -102,7 +102,7 @@ def _checks() -> Iterator[Check]:
 
 def _rendering() -> Check:
     """Check that a picture can be drawn as `torc run` draws it: a library that loads may still fail to draw."""
-    from torc.sim.drawing_trial import try_drawing
+    from torc.sim.gl import try_drawing
 
     backend, fault = try_drawing()
     missing = "apt-get install libegl1 libopengl0 libgl1-mesa-dri   (or libosmesa6 alone)"

@@ -37,7 +37,7 @@ class EvaluateCommand:
 
     def run(self) -> int:
         from torc.brain.judging import judge
-        from torc.drawing.mask_comparison import mask_comparison
+        from torc.drawing.marking import mask_comparison
         from torc.io.pictures import write_png
         from torc.perception.scoring import MaskScore, mean_score
         from torc.pipeline.frames.annotated import annotated_pictures

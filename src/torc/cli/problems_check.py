@@ -1,6 +1,6 @@
 """`torc problems validate`, `gallery` and `solve`: check problems, draw them, and find the best order of picks."""
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -77,7 +77,7 @@ class ValidateCommand:
             for name, report in reports.items():
                 found = report.difficulty
                 difficulty = None if found is None else {"objects": found.objects, **found.facts()}
-                checks = [asdict(check) for check in report.checks]
+                checks = [check._asdict() for check in report.checks]
                 facts = {"problem": name, "valid": report.valid}
                 rows.append({**facts, "checks": checks, "difficulty": difficulty})
             print_json(rows)
@@ -120,7 +120,7 @@ class GalleryCommand:
         from torc.generation.gallery import HTML, MARKDOWN, make_gallery
         from torc.generation.generator import inspector_for
         from torc.generation.inspection import Inspector
-        from torc.generation.oracle_orders import orders_from
+        from torc.oracle.answer import orders_from
         from torc.pipeline.warm_up import announced_compilation
         from torc.problems.problem import Problem, load_problem
         from torc.problems.sets import select_problems

@@ -59,9 +59,7 @@ def _heat(belief: BeliefEvidence | None, shape: tuple[int, ...]) -> Float[np.nda
     at = tiles[:, :2].astype(int)
     inside = (at >= 0).all(axis=1) & (at < heat.shape).all(axis=1)
     heat[tuple(at[inside].T)] = tiles[inside, 2]
-    large = cv2.resize(
-        heat, (heat.shape[1] * tile_px, heat.shape[0] * tile_px), interpolation=cv2.INTER_NEAREST
-    )
+    large = heat.repeat(tile_px, axis=0).repeat(tile_px, axis=1)
     smooth = cv2.GaussianBlur(large, (0, 0), _BLUR_TILES * tile_px)[:rows, :cols]
     most = float(smooth.max())
     return None if most <= 0 else np.clip(smooth / most, 0.0, 1.0).astype(float)

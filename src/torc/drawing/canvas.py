@@ -15,11 +15,10 @@ INK: Color = (40, 40, 44)
 PAPER: Color = (255, 255, 255)
 Curve = Float[np.ndarray, "n 2"]
 _OVERSAMPLING = 2
+_font = cache(ImageFont.load_default)
 
 
 class Canvas:
-    """A picture that is being drawn."""
-
     def __init__(self, width_px: int, height_px: int) -> None:
         self.width_px, self.height_px = width_px, height_px
         self._image = Image.new("RGB", (width_px * _OVERSAMPLING, height_px * _OVERSAMPLING), PAPER)
@@ -32,29 +31,25 @@ class Canvas:
         steps = np.linalg.norm(np.diff(curve, axis=0), axis=1)
         starts = np.cumsum(steps) - steps
         drawn = np.ones(len(starts), bool) if dash_px is None else starts % sum(dash_px) < dash_px[0]
-        points = (np.asarray(curve, float) * _OVERSAMPLING).tolist()
-        first = 0
+        points, first = curve * _OVERSAMPLING, 0
         for is_drawn, pieces in groupby(drawn.tolist()):
             last = first + len(list(pieces))
             if is_drawn:
-                line = [v for point in points[first : last + 1] for v in point]
+                line = points[first : last + 1].ravel().tolist()
                 self._pen.line(line, fill=color, width=round(width_px * _OVERSAMPLING))
             first = last
 
     def arrow_head(self, curve: Curve, color: Color) -> None:
-        """Draw an arrow head at the end of a curve."""
         tip, back = curve[-1], curve[max(0, len(curve) - 8)]
         along = (tip - back) / max(float(np.linalg.norm(tip - back)), 1e-9)
         side = np.array([-along[1], along[0]])
-        corners = (tip, tip - 11 * along + 4.5 * side, tip - 11 * along - 4.5 * side)
-        self._pen.polygon([v for corner in corners for v in _scaled(corner)], fill=color)
+        corners = np.array([tip, tip - 11 * along + 4.5 * side, tip - 11 * along - 4.5 * side])
+        self._pen.polygon((corners * _OVERSAMPLING).ravel().tolist(), fill=color)
 
     def disk(self, x: float, y: float, radius_px: float, fill: Color) -> None:
-        """Draw a filled circle."""
         self._pen.ellipse(_square(x, y, radius_px), fill=fill)
 
     def broken_ring(self, x: float, y: float, radius_px: float) -> None:
-        """Draw a circle's outline in pieces."""
         for start in range(0, 360, 30):
             self._pen.arc(_square(x, y, radius_px), start, start + 16, INK, round(1.6 * _OVERSAMPLING))
 
@@ -70,14 +65,14 @@ class Canvas:
     ) -> float:
         """Write text, over a blank box if `boxed`, and return where it ends. `anchor` is Pillow's."""
         font = _font(height_px * _OVERSAMPLING)
-        left, top, right, bottom = self._pen.textbbox(_scaled(at), text, font=font, anchor=anchor)
+        place = at[0] * _OVERSAMPLING, at[1] * _OVERSAMPLING
+        left, top, right, bottom = self._pen.textbbox(place, text, font=font, anchor=anchor)
         if boxed:
             self._pen.rectangle((left - 2, top - 2, right + 2, bottom + 2), fill=PAPER)
-        self._pen.text(_scaled(at), text, fill=color, font=font, anchor=anchor)
+        self._pen.text(place, text, fill=color, font=font, anchor=anchor)
         return right / _OVERSAMPLING
 
     def finish(self) -> UInt8[np.ndarray, "h w 3"]:
-        """Return the picture."""
         return np.array(self._image.reduce(_OVERSAMPLING))
 
 
@@ -92,14 +87,5 @@ def smooth_curve(route: Curve) -> Float[np.ndarray, "m 2"]:
     return np.concatenate([*pieces, route[-1:]])
 
 
-@cache
-def _font(height_px: int) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
-    return ImageFont.load_default(height_px)
-
-
-def _scaled(point: tuple[float, ...] | np.ndarray) -> tuple[float, float]:
-    return float(point[0]) * _OVERSAMPLING, float(point[1]) * _OVERSAMPLING
-
-
 def _square(x: float, y: float, half_px: float) -> list[float]:
-    return [*_scaled((x - half_px, y - half_px)), *_scaled((x + half_px, y + half_px))]
+    return [v * _OVERSAMPLING for v in (x - half_px, y - half_px, x + half_px, y + half_px)]

@@ -12,8 +12,8 @@ from jaxtyping import Bool, Int16, UInt8
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
-from torc.drawing.label_places import LabelPlace, place_labels
-from torc.drawing.marking import SMALL_SHARE, number_box, rim
+from torc.drawing.label_places import place_labels
+from torc.drawing.marking import SMALL_SHARE, disk, draw_boxes, number_box, rim
 from torc.drawing.palette import object_color
 from torc.records import TARGET_ID
 
@@ -41,13 +41,9 @@ def mark_clearly(
     for i, color in colors.items():
         for start, end in piece_links(label == i):
             _dotted(image, start, end, color)
-    boxes = {i: number_box(n, _DIGIT_PX, _PADDING_PX) for i, n in numbers.items()}
-    places = place_labels(label, {i: (b.shape, b.shape) for i, b in boxes.items()}, SMALL_SHARE)
-    for i, place in places.items():
-        _leader(image, place, colors[i])
-    for i, place in places.items():
-        height, width = place.size
-        image[place.row : place.row + height, place.col : place.col + width] = boxes[i][..., None]
+    boxes = {i: (number_box(n, _DIGIT_PX, _PADDING_PX),) * 2 for i, n in numbers.items()}
+    places = place_labels(label, {i: (b.shape, b.shape) for i, (b, _) in boxes.items()}, SMALL_SHARE)
+    draw_boxes(image, places, boxes, colors, cv2.LINE_AA)
     return image
 
 
@@ -90,14 +86,13 @@ def piece_links(mask: Bool[np.ndarray, "h w"]) -> Iterator[tuple[tuple[int, int]
 def _neighbours(label: Int16[np.ndarray, "h w"], ids: tuple[int, ...]) -> dict[int, set[int]]:
     """Return, for each id that has pixels, the others within _NEAR_PX of them."""
     found = ndimage.find_objects(label.astype(np.int32) + 1)
-    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * _NEAR_PX + 1, 2 * _NEAR_PX + 1))
     near: dict[int, set[int]] = {}
     for i in ids:
         if i >= len(found) or found[i] is None:
             continue
         area = tuple(slice(max(s.start - _NEAR_PX, 0), s.stop + _NEAR_PX) for s in found[i])
         part = label[area]
-        grown = cv2.dilate((part == i).astype(np.uint8), kernel) > 0
+        grown = cv2.dilate((part == i).astype(np.uint8), disk(_NEAR_PX)) > 0
         near[i] = (set(np.unique(part[grown]).tolist()) & set(ids)) - {i}
     return {i: near[i] | {k for k in near if i in near[k]} for i in near}
 
@@ -111,9 +106,7 @@ def _outline(
         if np.count_nonzero(inner) <= MOST_COVERED * np.count_nonzero(mask):
             image[inner] = color
             return
-    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (5, 5))
-    around = (cv2.dilate(mask.astype(np.uint8), kernel) > 0) & (label < 0)
-    image[around] = color
+    image[(cv2.dilate(mask.astype(np.uint8), disk(2)) > 0) & (label < 0)] = color
 
 
 def _dotted(
@@ -125,15 +118,6 @@ def _dotted(
         col, row = np.rint(a + s * (b - a)).astype(int).tolist()
         cv2.circle(image, (col, row), _DOT_PX + 1, (0, 0, 0), -1)
         cv2.circle(image, (col, row), _DOT_PX, color, -1)
-
-
-def _leader(image: UInt8[np.ndarray, "h w 3"], place: LabelPlace, color: Color) -> None:
-    if not place.leader:
-        return
-    start = (place.col + place.size[1] // 2, place.row + place.size[0] // 2)
-    end = (place.anchor[1], place.anchor[0])
-    cv2.line(image, start, end, (0, 0, 0), 3, cv2.LINE_AA)
-    cv2.line(image, start, end, color, 1, cv2.LINE_AA)
 
 
 def _lab(colors: list[Color]) -> np.ndarray:

@@ -15,18 +15,13 @@ from torc.records.graph import DependencyGraph
 
 _Item: TypeAlias = int | tuple[int, int, int]
 _Links: TypeAlias = dict[_Item, tuple[list[_Item], list[_Item]]]
-
 _SWEEPS = 12
 
 
 @dataclass(frozen=True)
 class Layout:
-    """Places in units of columns and rows, row 0 at the top.
-
-    Attributes:
-        places: (column, row) per node id.
-        routes: per edge (source, target) the (column, row) waypoints from source to target, ends included.
-        columns, rows: extent.
+    """The (column, row) of each node id, row 0 at the top; the waypoints of each edge (source, target), ends included;
+    and the extent.
     """
 
     places: dict[int, tuple[float, int]]
@@ -41,7 +36,11 @@ def lay_out(graph: DependencyGraph) -> Layout:
     backward = _backward_edges(graph, edges)
     forward = [(b, a) if (a, b) in backward else (a, b) for a, b in edges]
     layer = _layers(graph, forward)
-    chains = {(a, b): _chain(a, b, layer) for a, b in sorted(set(forward))}
+    # An edge's items from layer to layer: its ends, and a waypoint (a, b, row) on each layer between.
+    chains: dict[tuple[int, int], list[_Item]] = {
+        (a, b): [a, *((a, b, row) for row in range(layer[a] + 1, layer[b])), b]
+        for a, b in sorted(set(forward))
+    }
     rows: list[list[_Item]] = [[] for _ in range(max(layer.values()) + 1)]
     for node in sorted(graph.ids, key=lambda k: (k != graph.target, k)):
         rows[layer[node]].append(node)
@@ -64,9 +63,7 @@ def lay_out(graph: DependencyGraph) -> Layout:
 
 
 def _backward_edges(graph: DependencyGraph, edges: list[tuple[int, int]]) -> set[tuple[int, int]]:
-    """Return the edges into the target, and those that close a cycle on a depth-first walk from it, then from other
-    nodes.
-    """
+    """Return the edges into the target, and those that close a cycle on a depth-first walk from it and the others."""
     backward = {(a, b) for a, b in edges if b == graph.target}
     following = {k: sorted(b for a, b in edges if a == k and b != graph.target) for k in graph.ids}
     path: list[int] = []
@@ -103,11 +100,6 @@ def _pushed_down(layer: dict[int, int], forward: list[tuple[int, int]]) -> dict[
         for a, b in forward:
             layer[b] = max(layer[b], layer[a] + 1)
     return layer
-
-
-def _chain(a: int, b: int, layer: dict[int, int]) -> list[_Item]:
-    """Return the edge's items from layer to layer: its ends and a waypoint (a, b, row) on each layer between."""
-    return [a, *((a, b, row) for row in range(layer[a] + 1, layer[b])), b]
 
 
 def _columns(rows: list[list[_Item]], links: _Links) -> dict[_Item, float]:

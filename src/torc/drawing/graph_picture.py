@@ -13,33 +13,24 @@ from torc.records.graph import DependencyEdge, DependencyGraph, DependencyNode, 
 
 _FAINT: Color = (120, 120, 126)
 _CHOSEN: Color = (20, 150, 60)
-EDGE_COLORS: Mapping[EdgeKind, Color] = {
-    EdgeKind.BELOW: (176, 58, 46),
-    EdgeKind.GRASP_BLOCKING: (31, 97, 141),
-    EdgeKind.BEHIND: (110, 110, 116),
-    EdgeKind.HIDDEN_BY: (125, 60, 152),
-    EdgeKind.MAY_BE: (190, 110, 20),
+_STYLES: Mapping[EdgeKind, tuple[Color, tuple[float, float] | None]] = {
+    EdgeKind.BELOW: ((176, 58, 46), None),
+    EdgeKind.GRASP_BLOCKING: ((31, 97, 141), None),
+    EdgeKind.BEHIND: ((110, 110, 116), (9.0, 6.0)),
+    EdgeKind.HIDDEN_BY: ((125, 60, 152), (2.5, 5.0)),
+    EdgeKind.MAY_BE: ((190, 110, 20), (2.5, 5.0)),
 }
-_DASHES_PX: Mapping[EdgeKind, tuple[float, float] | None] = {
-    EdgeKind.BELOW: None,
-    EdgeKind.GRASP_BLOCKING: None,
-    EdgeKind.BEHIND: (9.0, 6.0),
-    EdgeKind.HIDDEN_BY: (2.5, 5.0),
-    EdgeKind.MAY_BE: (2.5, 5.0),
-}
+"""Colour and dashes of each kind of edge, pixels."""
 _LANE_PX = 13.0
 """Sideways shift of an edge, pixels, where another one runs the other way."""
 _WEIGHT_PLACES = (0.6, 0.7, 0.5, 0.8, 0.4, 0.3, 0.2, 0.9)
 """Places of a weight along its edge, the best first."""
-
 _DIGITS_IN_DISK = 3
 """This many digits fit a node's disk at full height; longer numbers are written smaller."""
 _COLUMN_PX, _ROW_PX = 84, 118
 _RADIUS_PX, _MARGIN_PX, _TEXT_PX = 23, 46, 13
 _MIN_WIDTH_PX = 640
 """Wide enough for the legend."""
-_Box = tuple[float, float, float, float]
-"""Left, top, right, bottom."""
 
 
 def draw_graph(
@@ -50,15 +41,10 @@ def draw_graph(
 ) -> UInt8[np.ndarray, "h w 3"]:
     """Draw the graph: the target on top, what it waits for below it.
 
-    Nodes have the object's colour in the marked image; graspable ones have a solid outline, others a broken one. Edges
-    are coloured and dashed by kind and carry their weight, unless they are their node's only one. Nodes and edges that
-    the target does not wait for are pale.
-
-    Args:
-        graph: the graph.
-        probabilities: p(sink) by id, written under the sinks.
-        chosen: id of the object to pick next; ringed in green.
-        labels: numbers to write in place of the ids; a hidden target without one is then "?".
+    Nodes have the object's colour in the marked image; graspable ones have a solid outline, others a broken one, and
+    the chosen one a green ring. Edges are coloured and dashed by kind and carry their weight, unless they are their
+    node's only one; those that the target does not wait for are pale. `probabilities`, p(sink) by id, stand under the
+    sinks. `labels` replace ids; a hidden target without one is then "?".
     """
     picture = _GraphPicture(lay_out(graph), labels or {})
     awaited, p = _awaited(graph), probabilities or {}
@@ -85,8 +71,6 @@ def draw_decision(
 
 
 class _GraphPicture:
-    """The parts of a graph on a canvas, each at its place in the layout."""
-
     def __init__(self, layout: Layout, labels: Mapping[int, int]) -> None:
         self.layout, self.labels = layout, labels
         inner = (layout.columns - 1) * _COLUMN_PX
@@ -94,19 +78,17 @@ class _GraphPicture:
         width = max(int(inner) + around, _MIN_WIDTH_PX)
         self.left = (width - inner) / 2
         self.canvas = Canvas(width, (layout.rows - 1) * _ROW_PX + around + 2 * _TEXT_PX)
-        self.taken: list[_Box] = []
+        self.taken: list[tuple[float, float, float, float]] = []
         for x, y in map(self.at, layout.places.values()):
             self.taken.append(_around(x, y, 2 * _RADIUS_PX, 2 * _RADIUS_PX))
             self.taken.append(_around(x, y + _RADIUS_PX + 12, 3.6 * _TEXT_PX, _TEXT_PX))
 
     def at(self, place: tuple[float, int]) -> tuple[float, float]:
-        """Return the pixel of a place."""
         return self.left + place[0] * _COLUMN_PX, _MARGIN_PX + _RADIUS_PX + place[1] * _ROW_PX
 
     def edge(self, edge: DependencyEdge, bold: bool, pale: bool) -> None:
-        """Draw an edge from rim to rim, with its head."""
         curve, color = self._curve(edge), _edge_color(edge.kind, pale)
-        self.canvas.stroke(curve, color, 2.6 if bold else 1.8, _DASHES_PX[edge.kind])
+        self.canvas.stroke(curve, color, 2.6 if bold else 1.8, _STYLES[edge.kind][1])
         self.canvas.arrow_head(curve, color)
 
     def weight(self, edge: DependencyEdge, pale: bool) -> None:
@@ -115,13 +97,14 @@ class _GraphPicture:
         text = f"{edge.weight:.2f}".lstrip("0") if edge.weight >= 0.01 else "<.01"
         w, h = 0.62 * _TEXT_PX * len(text), 1.1 * _TEXT_PX
         places = [curve[int(t * (len(curve) - 1))].tolist() for t in _WEIGHT_PLACES]
-        covered = _overlaps(np.array([_around(x, y, w, h) for x, y in places]), np.array(self.taken))
+        boxes, taken = np.array([_around(x, y, w, h) for x, y in places])[:, None], np.array(self.taken)
+        common = np.minimum(boxes[..., 2:], taken[:, 2:]) - np.maximum(boxes[..., :2], taken[:, :2])
+        covered = np.maximum(common, 0.0).prod(axis=2)
         x, y = places[int(covered.sum(axis=1).argmin())]
         self.taken.append(_around(x, y, w, h))
         self.canvas.text((x, y), text, _TEXT_PX, _edge_color(edge.kind, pale), boxed=True)
 
     def node(self, node: DependencyNode, is_target: bool, probability: float | None, chosen: bool) -> None:
-        """Draw the node's disk with its id, and the text above and below it."""
         x, y = self.at(self.layout.places[node.id])
         self._disk(node, x, y, chosen)
         room = _RADIUS_PX + (17 if chosen else 12)
@@ -138,9 +121,9 @@ class _GraphPicture:
         x, y = 16.0, canvas.height_px - 1.3 * px
         for kind in EdgeKind:
             if kind in kinds:
-                line = np.linspace((x, y), (x + 30, y), 31)
-                canvas.stroke(line, EDGE_COLORS[kind], 2, _DASHES_PX[kind])
-                x = canvas.text((x + 36, y), kind.value, px, EDGE_COLORS[kind], anchor="lm") + 18
+                color, dashes = _STYLES[kind]
+                canvas.stroke(np.linspace((x, y), (x + 30, y), 31), color, 2, dashes)
+                x = canvas.text((x + 36, y), kind.value, px, color, anchor="lm") + 18
         canvas.disk(x + 6, y, 6, INK)
         canvas.disk(x + 6, y, 4.5, PAPER)
         x = canvas.text((x + 18, y), "graspable", px, _FAINT, anchor="lm") + 18
@@ -149,15 +132,15 @@ class _GraphPicture:
 
     def _disk(self, node: DependencyNode, x: float, y: float, chosen: bool) -> None:
         canvas, radius = self.canvas, _RADIUS_PX
-        red, green, blue = (int(v) for v in object_color(node.id))
+        color = object_color(node.id)
         if chosen:
             canvas.disk(x, y, radius + 6, _CHOSEN)
             canvas.disk(x, y, radius + 2.5, PAPER)
         canvas.disk(x, y, radius, INK if node.graspable else PAPER)
-        canvas.disk(x, y, radius - 2.2, PAPER if node.hidden else (red, green, blue))
+        canvas.disk(x, y, radius - 2.2, PAPER if node.hidden else color)
         if not node.graspable:
             canvas.broken_ring(x, y, radius - 1)
-        dark = not node.hidden and np.dot((red, green, blue), (0.299, 0.587, 0.114)) < 140
+        dark = not node.hidden and np.dot(color, (0.299, 0.587, 0.114)) < 140
         number = str(self.labels.get(node.id, "" if self.labels and node.hidden else node.id))
         label = f"{number}?" if node.hidden else number
         px = round(1.4 * _TEXT_PX * min(1.0, _DIGITS_IN_DISK / len(label)))
@@ -189,16 +172,10 @@ def _awaited(graph: DependencyGraph) -> set[int]:
 
 
 def _edge_color(kind: EdgeKind, pale: bool) -> Color:
-    r, g, b = EDGE_COLORS[kind]
+    r, g, b = _STYLES[kind][0]
     return (r // 3 + 160, g // 3 + 160, b // 3 + 160) if pale else (r, g, b)
 
 
-def _around(x: float, y: float, w: float, h: float) -> _Box:
+def _around(x: float, y: float, w: float, h: float) -> tuple[float, float, float, float]:
+    """Return left, top, right and bottom of a box."""
     return (x - w / 2, y - h / 2, x + w / 2, y + h / 2)
-
-
-def _overlaps(a: Float[np.ndarray, "n 4"], b: Float[np.ndarray, "m 4"]) -> Float[np.ndarray, "n m"]:
-    """Return the common area of each box in a with each box in b."""
-    low = np.maximum(a[:, None, :2], b[None, :, :2])
-    high = np.minimum(a[:, None, 2:], b[None, :, 2:])
-    return np.maximum(high - low, 0.0).prod(axis=2)

@@ -20,12 +20,8 @@ whether that is beside the mask.
 
 @dataclass(frozen=True)
 class LabelPlace:
-    """The place of a number.
-
-    Attributes:
-        row, col, size: its box: upper left pixel, (height, width).
-        anchor: the mask pixel where it would be best.
-        leader: the box lies beside the mask, tied to the anchor by a line.
+    """The place of a number: its box's upper left pixel, and the mask pixel where it would be best, to which a leader,
+    a line, ties a box beside the mask.
     """
 
     row: int
@@ -64,11 +60,7 @@ def place_labels(
     Tried in turn: wholly inside the mask; centred in it; beside it on free ground; beside it anywhere. With
     `most_hidden`: inside the mask if it hides no larger share of it; beside it on free ground; beside it where it hides
     no larger share of any object; inside anyway. A number without any room is left out (only in tiny images).
-
-    Args:
-        label_image: object id per pixel.
-        sizes: per id the preferred size of its number's box, and a smaller one.
-        most_hidden: largest share of an object that a number may hide; None for no limit.
+    `sizes` has the preferred size of each number's box, and a smaller one.
     """
     found = ndimage.find_objects(label_image.astype(np.int32) + 1)
     windows = {i: found[i] for i in sizes if i < len(found) and found[i] is not None}
@@ -77,11 +69,9 @@ def place_labels(
     for i in sorted(windows, key=lambda i: (counts[i], i)):
         row, col = mask_anchor(label_image[windows[i]] == i)
         anchor = row + windows[i][0].start, col + windows[i][1].start
-        if most_hidden is None:
-            tries = _tries(label_image, i, windows[i], counts[i], sizes[i])
-        else:
-            tries = _sparing_tries(label_image, i, windows[i], counts, (sizes[i][1], most_hidden))
-        for area, allowed, size, whole, leader in tries:
+        for area, allowed, size, whole, leader in _tries(
+            label_image, i, windows[i], counts, sizes[i], most_hidden
+        ):
             corner = _nearest(_corners(allowed, size, whole), size, anchor, places.values(), area)
             if corner:
                 places[i] = LabelPlace(*corner, size, anchor, leader)
@@ -93,50 +83,36 @@ def _tries(
     label_image: Int16[np.ndarray, "h w"],
     object_id: int,
     window: Window,
-    count: int,
+    counts: Mapping[int, int],
     sizes: tuple[Size, Size],
+    most_hidden: float | None,
 ) -> Iterator[Try]:
     """Yield the places where a box may lie, the best first."""
     shape, (large, small) = label_image.shape, sizes
-    area = _grown(window, max(*large, *small), shape)
-    mask = label_image[area] == object_id
-    yield area, mask, large, True, False
-    yield area, mask, small, True, False
-    # A box that would hide most of its mask goes beside it.
-    if count >= 1.3 * small[0] * small[1]:
-        yield area, mask, small, False, False
-    area = _grown(window, 8 * max(small), shape)
-    yield area, label_image[area] < 0, small, True, True
-    for part in (area, _grown(window, max(shape), shape)):
-        yield part, np.ones_like(label_image[part], dtype=bool), small, True, True
-
-
-def _sparing_tries(
-    label_image: Int16[np.ndarray, "h w"],
-    object_id: int,
-    window: Window,
-    counts: Mapping[int, int],
-    limits: tuple[Size, float],
-) -> Iterator[Try]:
-    """Yield the places if a box may hide at most a share of an object; `limits`: the box's size and that share."""
-    shape, (size, most_hidden) = label_image.shape, limits
-    box_px = size[0] * size[1]
-    spared = [i for i, count in counts.items() if box_px > most_hidden * count]
-    mask_area = _grown(window, max(size), shape)
-    mask = label_image[mask_area] == object_id
-    if object_id not in spared:
-        yield mask_area, mask, size, True, False
-    near, everywhere = _grown(window, 8 * max(size), shape), _grown(window, max(shape), shape)
-    for area in (near, everywhere):
-        yield area, label_image[area] < 0, size, True, True
-        part = label_image[area]
-        yield area, ~np.isin(part, [*spared, object_id]), size, True, True
-    yield mask_area, mask, size, False, False
-    yield everywhere, np.ones(shape, dtype=bool), size, True, True
+    inside = _grown(window, max(*large, *small), shape)
+    near, everywhere = _grown(window, 8 * max(small), shape), _grown(window, max(shape), shape)
+    mask, box_px = label_image[inside] == object_id, small[0] * small[1]
+    if most_hidden is None:
+        yield inside, mask, large, True, False
+        yield inside, mask, small, True, False
+        # A box that would hide most of its mask goes beside it.
+        if counts[object_id] >= 1.3 * box_px:
+            yield inside, mask, small, False, False
+        yield near, label_image[near] < 0, small, True, True
+        yield near, np.ones_like(label_image[near], dtype=bool), small, True, True
+    else:
+        spared = [i for i, count in counts.items() if box_px > most_hidden * count]
+        if object_id not in spared:
+            yield inside, mask, small, True, False
+        for area in (near, everywhere):
+            part = label_image[area]
+            yield area, part < 0, small, True, True
+            yield area, ~np.isin(part, [*spared, object_id]), small, True, True
+        yield inside, mask, small, False, False
+    yield everywhere, np.ones(shape, dtype=bool), small, True, True
 
 
 def _grown(window: Window, px: int, shape: tuple[int, ...]) -> Window:
-    """Return the window with a border, within an image of that shape."""
     rows, cols = (slice(max(w.start - px, 0), min(w.stop + px, n)) for w, n in zip(window, shape))
     return rows, cols
 

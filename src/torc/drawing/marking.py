@@ -1,6 +1,6 @@
 """The marked image: how a segmented scene is shown to a person or a VLM."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import ceil
 
 import cv2
@@ -24,8 +24,6 @@ _GLYPHS = """
 .###. .###. ##### .###. ...#. .###. .###. ..#.. .###. .##..
 """
 _SUPERSAMPLING = 12
-
-
 _TINT, _FAINT_TINT = 0.4, 0.2
 """Share of an object's colour over its pixels; of the other objects' colours when one is highlighted."""
 _OUTLINE_PX, _DIGIT_PX, _SMALL_DIGIT_PX, _PADDING_PX = 2, 13, 9, 3
@@ -36,6 +34,10 @@ _THIN_PX, _SMALL_PADDING_PX = 1, 2
 """Outline and black around a number, pixels, where colours are unchanged."""
 SMALL_SHARE = 0.12
 """Where colours are unchanged, a number may hide at most this share of an object; else it stands beside it."""
+Boxes = tuple[UInt8[np.ndarray, "a b"], UInt8[np.ndarray, "c d"]]
+"""The preferred box of a number, and one for little room."""
+Compared = tuple[UInt8[np.ndarray, "h w 3"], Int16[np.ndarray, "h w"], Int16[np.ndarray, "h w"]]
+"""A picture, its true labels, and the labels that were found; below 0 for none."""
 
 
 def mark_image(
@@ -44,15 +46,9 @@ def mark_image(
     """Return the colour image with every object tinted and outlined in its own colour and numbered with its id.
 
     The id stands in white digits in a black box inside the object's mask; where it does not fit, beside the mask, tied
-    to it by a thin line. Boxes never overlap. Objects without pixels are skipped.
-
-    Args:
-        scene: the scene.
-        highlight: id of an object to bring out: a thick outline within a white one, the others fainter.
-        labels: numbers to write in place of the ids, not negative; ids that have none keep their own.
-
-    Raises:
-        InputError: the highlighted object is not in the scene.
+    to it by a thin line. Boxes never overlap. Objects without pixels are skipped. `highlight` brings out an object by a
+    thick outline within a white one, with the others fainter. `labels` are numbers to write in place of the ids, not
+    negative; ids that have none keep their own. Raises InputError if the highlighted object is not in the scene.
     """
     if highlight is not None and highlight not in scene.ids:
         raise InputError(f"Cannot highlight object {highlight}: visible are {list(scene.ids)}.")
@@ -69,15 +65,10 @@ def mark_pixels(
     *,
     outlines_only: bool = False,
 ) -> UInt8[np.ndarray, "h w 3"]:
-    """Return a copy of an image, marked like `mark_image`.
+    """Return a copy of an image, marked like `mark_image`, by the label of each pixel (-1: none), with these numbers.
 
-    Args:
-        rgb: the image.
-        label: the label of each pixel; -1 for none.
-        numbers: the number to write, by label.
-        highlight: a label to bring out.
-        outlines_only: keep the colours: a thin outline along each mask's rim, and a small number, in the mask if it
-            hides little of it, else beside it with a line. All other pixels are unchanged.
+    `outlines_only` keeps the colours: a thin outline along each mask's rim, and a small number, in the mask if it hides
+    little of it, else beside it with a line. All other pixels are unchanged.
     """
     scale = _scale(label.shape, outlines_only)
     image = rgb.copy() if outlines_only else _tint(rgb, label, highlight)
@@ -94,12 +85,25 @@ def write_numbers(
     *,
     small: bool = False,
 ) -> None:
-    """Write a number into, or beside, the mask of each label, in place. `small` as for `outlines_only` in
-    `mark_pixels`.
-    """
-    boxes = number_boxes(label.shape, numbers, small=small)
+    """Write a number into, or beside, the mask of each label, in place. `small` is for `outlines_only`."""
     places = number_places(label, numbers, small=small)
-    _draw_leaders(image, places)
+    colors = {i: object_color(i) for i in places}
+    draw_boxes(image, places, number_boxes(label.shape, numbers, small=small), colors)
+
+
+def draw_boxes(
+    image: UInt8[np.ndarray, "h w 3"],
+    places: Mapping[int, LabelPlace],
+    boxes: Mapping[int, Boxes],
+    colors: Mapping[int, tuple[int, int, int]],
+    line: int = cv2.LINE_8,
+) -> None:
+    """Draw each number's box at its place, and a line, edged with black, from a box beside its mask to the mask."""
+    for i, place in places.items():
+        if place.leader:
+            start = (place.col + place.size[1] // 2, place.row + place.size[0] // 2)
+            cv2.line(image, start, place.anchor[::-1], (0, 0, 0), 3, line)
+            cv2.line(image, start, place.anchor[::-1], colors[i], 1, line)
     for i, place in places.items():
         box = next(b for b in boxes[i] if b.shape == place.size)
         height, width = place.size
@@ -117,8 +121,8 @@ def number_places(
 
 def number_boxes(
     shape: tuple[int, ...], numbers: Mapping[int, int], *, small: bool = False
-) -> dict[int, tuple[UInt8[np.ndarray, "a b"], UInt8[np.ndarray, "c d"]]]:
-    """Return the boxes of each number in an image of that shape: the preferred one, and one for little room."""
+) -> dict[int, Boxes]:
+    """Return the boxes of each number in an image of that shape."""
     scale = _scale(shape, small)
     heights = (_SMALL_DIGIT_PX, _SMALL_DIGIT_PX) if small else (_DIGIT_PX, _SMALL_DIGIT_PX)
     padding = round((_SMALL_PADDING_PX if small else _PADDING_PX) * scale)
@@ -134,7 +138,6 @@ def _scale(shape: tuple[int, ...], thin: bool) -> float:
 def _tint(
     rgb: UInt8[np.ndarray, "h w 3"], label: Int16[np.ndarray, "h w"], highlight: int | None
 ) -> UInt8[np.ndarray, "h w 3"]:
-    """Return a copy of the image with the objects tinted."""
     share = np.full(MAX_OBJECTS, _TINT if highlight is None else _FAINT_TINT)
     if highlight is not None:
         share[highlight] = _TINT
@@ -152,16 +155,19 @@ def _outline(
     if highlight is not None:
         mask = (label == highlight).astype(np.uint8)
         image[(rim(mask, 2 * px)) & (mask > 0)] = _palette()[highlight]
-        kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * px + 1, 2 * px + 1))
-        image[(cv2.dilate(mask, kernel) > 0) & (mask == 0)] = 255
+        image[(cv2.dilate(mask, disk(px)) > 0) & (mask == 0)] = 255
+
+
+def disk(px: int) -> UInt8[np.ndarray, "n n"]:
+    """Return the kernel that reaches px pixels in every direction."""
+    return cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * px + 1, 2 * px + 1)).astype(np.uint8)
 
 
 def rim(label: np.ndarray, px: int) -> Bool[np.ndarray, "h w"]:
     """Return the pixels (h, w) of a label image or mask within px of another label or of the image's border."""
     padded = np.pad(label, px, constant_values=-3 if label.dtype == np.int16 else 0)
-    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * px + 1, 2 * px + 1))
     inner = (slice(px, -px), slice(px, -px))
-    return (cv2.erode(padded, kernel)[inner] != label) | (cv2.dilate(padded, kernel)[inner] != label)
+    return (cv2.erode(padded, disk(px))[inner] != label) | (cv2.dilate(padded, disk(px))[inner] != label)
 
 
 def number_image(number: int, height_px: int) -> UInt8[np.ndarray, "h w"]:
@@ -182,14 +188,19 @@ def number_box(number: int, digit_px: int, padding_px: int) -> UInt8[np.ndarray,
     return np.pad(ink, ((0, 0), (missing // 2, missing - missing // 2)))
 
 
-def _draw_leaders(image: UInt8[np.ndarray, "h w 3"], places: dict[int, LabelPlace]) -> None:
-    """Draw lines in the objects' colours, edged with black, to the masks from the boxes beside them."""
-    for i, place in places.items():
-        if place.leader:
-            start = (place.col + place.size[1] // 2, place.row + place.size[0] // 2)
-            end = (place.anchor[1], place.anchor[0])
-            cv2.line(image, start, end, (0, 0, 0), 3)
-            cv2.line(image, start, end, object_color(i), 1)
+def mask_comparison(rows: Sequence[Compared], width: int = 1200) -> UInt8[np.ndarray, "h w 3"]:
+    """Draw a row per picture: unmarked, with the true masks, with the found masks. Raises ValueError without rows."""
+    if not rows:
+        raise ValueError("There is nothing to compare.")
+    drawn = []
+    for rgb, *labelled in rows:
+        tiles = [rgb, rgb.copy(), rgb.copy()]
+        for tile, labels in zip(tiles[1:], labelled):
+            tile[labels >= 0] = _palette()[labels[labels >= 0] % MAX_OBJECTS]
+        wide = np.hstack(tiles)
+        height = max(1, round(width / wide.shape[1] * wide.shape[0]))
+        drawn.append(cv2.resize(wide, (width, height), interpolation=cv2.INTER_AREA))
+    return np.vstack(drawn)
 
 
 def _palette() -> UInt8[np.ndarray, "ids 3"]:

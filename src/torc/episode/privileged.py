@@ -20,9 +20,8 @@ from torc.pipeline.state import EpisodeState, first_state
 from torc.problems.problem import Problem
 from torc.records import TARGET_ID, Decision, PickOutcome, PickResult, PlanningContext
 from torc.sim.contacts import lies_on
-from torc.sim.filled import filled_voxels
 from torc.sim.robot import RobotState, SimulatedRobot
-from torc.sim.visibility import Visibility, measure_visibility
+from torc.sim.visibility import Visibility, filled_voxels, measure_visibility
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,7 @@ from torc.episode.video import Mp4Writer
 from torc.errors import InputError
 from torc.io.record_files import load_checked, save_record
 from torc.robots.description import RobotDescription
-from torc.sim.closing import Closing
-from torc.sim.rendering import CameraRenderer
+from torc.sim.rendering import CameraRenderer, Closing
 from torc.sim.simulated_world import World
 from torc.workspace.description import CameraMount
 

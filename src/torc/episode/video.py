@@ -14,8 +14,7 @@ from torc.drawing.marking import mark_image
 from torc.drawing.strip import Crop, crop_around_objects
 from torc.episode.events import Decided, Event, Executed, Started
 from torc.geometry.transforms import look_at
-from torc.sim.closing import Closing
-from torc.sim.rendering import CameraRenderer
+from torc.sim.rendering import CameraRenderer, Closing
 from torc.sim.simulated_world import World
 from torc.workspace.description import CameraMount
 

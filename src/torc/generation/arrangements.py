@@ -19,8 +19,7 @@ from torc.generation.footprints import (
     footprint,
     gaps,
 )
-from torc.generation.sampling import placement_names
-from torc.generation.shelves import Rectangle, lanes
+from torc.generation.sampling import Rectangle, lanes, placement_names
 from torc.geometry.transforms import rotation_about
 from torc.objects.library import load_object
 from torc.objects.models import ObjectModel
@@ -123,7 +122,6 @@ class _Packing:
         return all(self._stack(int(i)) or self._stand(int(i)) for i in order)
 
     def placement(self, index: int, name: str) -> ObjectPlacement:
-        """Return where an object was placed."""
         x, y, z = (float(v) for v in self._positions[index])
         return ObjectPlacement(name, self._models[index].name, (x, y, z), self._prints[index].wxyz)
 
@@ -164,11 +162,19 @@ class _Packing:
         """Put an object on the table, next to others."""
         config, rng = self._config, self._rng
         best: tuple[float, Footprint, np.ndarray] | None = None
-        x_wanted = self._wanted_x(index) if rng.random() < config.tall_in_front else None
+        x_wanted = None
+        if rng.random() < config.tall_in_front:
+            # The tallest at the front (small x), the lowest at the back.
+            (x0, x1), heights = config.region[0], np.array([m.size_m[2] for m in self._models])
+            x_wanted = x0 + (x1 - x0) * float(np.mean(heights > heights[index]))
         for _ in range(6):
             shape = self._pose(self._models[index])
             xy = self._candidates(index, shape, config.candidates // 6)
-            nearest = self._nearest_gap(shape, xy)
+            nearest = np.full(len(xy), np.inf)
+            if self._on_table:
+                others = np.array([self._prints[i].extents for i in self._on_table])
+                positions = np.array([self._positions[i][:2] for i in self._on_table])
+                nearest = gaps(shape.extents, xy, others, positions).min(axis=1)
             xy, nearest = xy[nearest >= config.gap_m[0]], nearest[nearest >= config.gap_m[0]]
             if len(xy) == 0:
                 continue
@@ -185,12 +191,6 @@ class _Packing:
         self._on_table.append(index)
         self._storey[index] = 1
         return True
-
-    def _wanted_x(self, index: int) -> float:
-        """Return the x of an object by its height: the tallest at the front (small x), the lowest at the back."""
-        (x0, x1), _ = self._config.region
-        heights = np.array([m.size_m[2] for m in self._models])
-        return x0 + (x1 - x0) * float(np.mean(heights > heights[index]))
 
     def _candidates(self, index: int, shape: Footprint, count: int) -> Float[np.ndarray, "n 2"]:
         """Draw positions in the object's region: some anywhere, some right beside other objects."""
@@ -215,14 +215,6 @@ class _Packing:
         beside = centers + away[:, None] * directions()[k] + side
         return np.concatenate([free, beside[((beside >= low) & (beside <= high)).all(axis=1)]])
 
-    def _nearest_gap(self, shape: Footprint, xy: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "n"]:
-        """Return the gap to the nearest object on the table; infinite if there is none."""
-        if not self._on_table:
-            return np.full(len(xy), np.inf)
-        others = np.array([self._prints[i].extents for i in self._on_table])
-        positions = np.array([self._positions[i][:2] for i in self._on_table])
-        return gaps(shape.extents, xy, others, positions).min(axis=1)
-
 
 def drop_arrangement(names: Sequence[str], rng: np.random.Generator) -> list[ObjectPlacement]:
     """Return objects in random orientations, hanging above the table at staggered heights, in the order of `names`.
@@ -236,10 +228,12 @@ def drop_arrangement(names: Sequence[str], rng: np.random.Generator) -> list[Obj
     for i in rng.permutation(len(models)):
         positions[i] = _lowest_free(float(radii[i]), positions[placed], radii[placed], rng)
         placed.append(int(i))
-    return [
-        ObjectPlacement(name, model.name, (float(x), float(y), float(z)), _random_wxyz(rng))
-        for name, model, (x, y, z) in zip(placement_names(names), models, positions)
-    ]
+    placements = []
+    for name, model, position in zip(placement_names(names), models, positions):
+        q = rng.normal(size=4)
+        x, y, z, qw, qx, qy, qz = map(float, (*position, *(q / np.linalg.norm(q))))
+        placements.append(ObjectPlacement(name, model.name, (x, y, z), (qw, qx, qy, qz)))
+    return placements
 
 
 def bounding_radius(model: ObjectModel) -> float:
@@ -264,10 +258,3 @@ def _lowest_free(
         z = np.maximum(z, above.max(axis=1))
     k = int(np.argmin(z))
     return np.array([xy[k, 0], xy[k, 1], z[k]])
-
-
-def _random_wxyz(rng: np.random.Generator) -> tuple[float, float, float, float]:
-    """Draw a uniformly random orientation."""
-    q = rng.normal(size=4)
-    w, x, y, z = (float(v) for v in q / np.linalg.norm(q))
-    return w, x, y, z

@@ -9,13 +9,21 @@ from torc.errors import InputError
 from torc.generation.arrangements import StructuredConfig, drop_arrangement, structured_arrangement
 from torc.generation.config import MANY, Reason, RejectedError
 from torc.objects.library import load_object
-from torc.objects.models import ObjectModel
 from torc.problems.problem import ObjectPlacement, Problem
 from torc.problems.schema import Category
 from torc.sim.contacts import deepest_overlap
-from torc.sim.settling import COARSE, DumpConfig, SettleConfig, dump, settle_problem, with_poses_of
+from torc.sim.settling import (
+    COARSE,
+    DumpConfig,
+    SettleConfig,
+    StillnessConfig,
+    StillnessReport,
+    dump,
+    settle_problem,
+    watch_stillness,
+    with_poses_of,
+)
 from torc.sim.simulated_world import World, build_world
-from torc.sim.stillness import StillnessConfig, StillnessReport, watch_stillness
 from torc.workspace.description import Room, Workspace
 
 MAX_OVERLAP_M = 0.0015
@@ -81,8 +89,6 @@ LARGE_PILE = ClutterConfig(
 """For more objects than MANY. Made like small piles, they would fall half a metre, into each other, and in a heap that
 high too much creeps: here they are poured in layers, as wide as the arm reaches, with more objects to spare.
 """
-
-
 _FROM_WALL_M = 0.012
 """Distance of standing objects from the walls of a room."""
 
@@ -95,14 +101,13 @@ def clutter_config(category: Category, count: int, room: Room | None = None) -> 
     if category == "unstructured" and not room.open_above:
         raise InputError("Nothing can be dumped under a roof: --structured.")
     (x, y), (lx, ly) = room.center, room.size
-    standing = replace(config.arrangement, margin_m=0.0)
     return replace(
         config,
         center_xy=room.center,
         region_m=(lx - 2 * _FROM_WALL_M, ly - 2 * _FROM_WALL_M),
         fill=(*config.fill, 0.34, 0.28, 0.22),
         walls_m=room.size,
-        arrangement=standing,
+        arrangement=replace(config.arrangement, margin_m=0.0),
         reach_xy=((x - lx / 2, x + lx / 2), (y - ly / 2, y + ly / 2)),
     )
 
@@ -125,29 +130,19 @@ def make_clutter(
 ) -> Problem:
     """Bring objects to rest on the table. The first object stands in as the target.
 
-    Objects that end up out of reach or over the edge, or that keep creeping, are removed as long as enough are left.
-
-    Args:
-        models: the objects' models; more than wanted are allowed.
-        category: structured or unstructured.
-        wanted: the number of objects in the end.
-        workspace: the workspace.
-        rng: the source of randomness.
-        config: how the clutter is made.
-
-    Raises:
-        RejectedError, PhysicsError: there is no such scene.
-        UnknownNameError: for an unknown model.
+    Objects that end up out of reach or over the edge, or that keep creeping, are removed as long as enough are left;
+    `models` may be more than wanted in the end. Raises RejectedError or PhysicsError if there is no such scene, and
+    UnknownNameError for an unknown model.
     """
-    loaded = [load_object(model) for model in models]
     if category == "unstructured":
         scene = _scene(category, drop_arrangement(models, rng))
-        walls = _shrunk(config.walls_m, sum(map(_mean_shadow_m2, loaded)) / config.heap)
+        # The mean area of a box's shadow over all orientations is a quarter of its surface (Cauchy).
+        shadows_m2 = sum(0.5 * (a * b + b * c + c * a) for a, b, c in (load_object(m).size_m for m in models))
+        walls = _shrunk(config.walls_m, shadows_m2 / config.heap)
         dumping = DumpConfig(config.center_xy, walls, interval_s=config.drop_s, places=config.places)
         scene = dump(scene, workspace, rng, dumping, config.rough, COARSE)[0]
     else:
-        footprints_m2 = sum(m.size_m[0] * m.size_m[1] for m in loaded)
-        objects = _side_by_side(models, footprints_m2, workspace, rng, config)
+        objects = _side_by_side(models, workspace, rng, config)
         scene = settle_problem(_scene(category, objects), workspace)[0]
     return _calmed(scene, wanted, workspace, config)
 
@@ -171,13 +166,10 @@ def astray(problem: Problem, workspace: Workspace, config: ClutterConfig) -> tup
 
 
 def _side_by_side(
-    models: list[str],
-    footprints_m2: float,
-    workspace: Workspace,
-    rng: np.random.Generator,
-    config: ClutterConfig,
+    models: list[str], workspace: Workspace, rng: np.random.Generator, config: ClutterConfig
 ) -> list[ObjectPlacement]:
     """Return the tightest structured arrangement that is found."""
+    footprints_m2 = sum(m.size_m[0] * m.size_m[1] for m in map(load_object, models))
     for fill in config.fill:
         lengths = _shrunk(config.region_m, footprints_m2 / fill)
         (x, y), (lx, ly) = config.center_xy, lengths
@@ -197,7 +189,6 @@ def _settled_without(
 
 
 def _tidied(scene: Problem, wanted: ObjectRange, workspace: Workspace, config: ClutterConfig) -> Problem:
-    """Remove objects that are astray and settle again, until none is."""
     while gone := astray(scene, workspace, config):
         scene = _settled_without(scene, gone, wanted, workspace, config)
     return scene
@@ -226,15 +217,16 @@ def _calmed(scene: Problem, wanted: ObjectRange, workspace: Workspace, config: C
             report = watch_stillness(world, config.calm)
             if report.still and len(scene.objects) <= wanted.most:
                 return scene
-            if report.still:
-                gone = (_outermost(scene, config),)
+            if report.still:  # the object furthest from the middle matters least
+                away = [np.hypot(*np.subtract(o.position[:2], config.center_xy)) for o in scene.objects]
+                gone = (scene.objects[int(np.argmax(away))].name,)
             elif to_spare:
                 gone = (worst_mover(world, report, config.calm),)
             elif idle == config.idle_rounds:
                 raise RejectedError(Reason.NOT_AT_REST)
             else:
                 idle += 1
-        scene = settle_problem(without(with_poses_of(world), gone), workspace, config.rough, COARSE)[0]
+        scene = _settled_without(with_poses_of(world), gone, wanted, workspace, config)
     _tidied(scene, wanted, workspace, config)
     raise RejectedError(Reason.NOT_AT_REST)
 
@@ -243,13 +235,6 @@ def without(scene: Problem, names: tuple[str, ...]) -> Problem:
     """Return the scene without some objects; if the target is among them, the first one left stands in for it."""
     rest = tuple(o for o in scene.objects if o.name not in names)
     return replace(scene, objects=rest, target=scene.target if scene.target not in names else rest[0].name)
-
-
-def _outermost(scene: Problem, config: ClutterConfig) -> str:
-    """Return the object furthest from the middle, whose loss matters least."""
-    return max(
-        scene.objects, key=lambda o: float(np.hypot(*np.subtract(o.position[:2], config.center_xy)))
-    ).name
 
 
 def _is_astray(placement: ObjectPlacement, workspace: Workspace, config: ClutterConfig) -> bool:
@@ -269,12 +254,6 @@ def _shrunk(lengths: tuple[float, float], area_m2: float) -> tuple[float, float]
     """Return the rectangle scaled down to an area, if it is larger."""
     scale = min(1.0, float(np.sqrt(area_m2 / (lengths[0] * lengths[1]))))
     return scale * lengths[0], scale * lengths[1]
-
-
-def _mean_shadow_m2(model: ObjectModel) -> float:
-    """Return the mean area of a box's shadow over all orientations: a quarter of its surface (Cauchy)."""
-    a, b, c = model.size_m
-    return 0.5 * (a * b + b * c + c * a)
 
 
 def _scene(category: Category, objects: list[ObjectPlacement]) -> Problem:

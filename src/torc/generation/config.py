@@ -32,8 +32,6 @@ class Hiddenness(StrEnum):
 
 VISIBLE_FROM = 0.75
 """Visible fraction from which a target counts as visible."""
-
-
 WantedHiddenness = Literal["any", "visible", "partly", "hidden"]
 
 
@@ -49,8 +47,6 @@ class GenerationConfig:
         kinds, models: only objects of these kinds, and of these models; all that come with torc if empty.
         own: also objects that the user has imported; `models` may name those in any case.
         attempts: scenes tried until one holds a problem; all from the same seed.
-        first_looks: how many times the robot plans grasps from its first look, each time with other random candidates;
-            a target that is graspable in any of them makes no problem.
         family: name of a family of harder problems (`torc/parts/scene_families`), "" for none; its rules come before
             `hidden`.
     """
@@ -63,37 +59,26 @@ class GenerationConfig:
     models: tuple[str, ...] = ()
     own: bool = False
     attempts: int = 60
-    first_looks: int = 2
     family: str = ""
 
     def __post_init__(self) -> None:
         low, high = self.objects
         if not 2 <= low <= high <= MAX_OBJECTS:
             raise InputError(f"A problem has 2 to {MAX_OBJECTS} objects, the fewest first, not {low}-{high}.")
-        for name, value, valid in (
-            ("category", self.category, get_args(Category)),
-            ("hiddenness", self.hidden, get_args(WantedHiddenness)),
-        ):
-            if value not in valid:
-                raise UnknownNameError(name, value, list(valid))
+        for value, kind in ((self.category, Category), (self.hidden, WantedHiddenness)):
+            if value not in get_args(kind):
+                raise UnknownNameError("kind of problem", value, list(get_args(kind)))
         only = make_part(SCENE_FAMILIES, self.family or "usual").category
         if only not in (None, self.category):
-            kind = "piles" if only == "unstructured" else "of standing objects"
+            what = "piles" if only == "unstructured" else "of standing objects"
             raise InputError(
-                f"Problems of the family {self.family} are {kind} ({only}), not {self.category}."
+                f"Problems of the family {self.family} are {what} ({only}), not {self.category}."
             )
-        if self.attempts < 1 or self.first_looks < 1:
-            raise InputError("A problem needs at least one attempt and one first look.")
-
-
-def generator_version(config: GenerationConfig) -> int:
-    """Return the version of the generator that makes problems of a configuration."""
-    large = config.category == "unstructured" and config.objects[1] > MANY
-    return LARGE_PILE_VERSION if large else GENERATOR_VERSION
+        if self.attempts < 1:
+            raise InputError("A problem needs at least one attempt.")
 
 
 def hiddenness_of(fraction: float, pixels: int) -> Hiddenness:
-    """Return the group of a target with this visible fraction and number of pixels."""
     if pixels < PerceptionConfig().min_target_pixels:
         return Hiddenness.HIDDEN
     return Hiddenness.VISIBLE if fraction >= VISIBLE_FROM else Hiddenness.PARTLY

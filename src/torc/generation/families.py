@@ -13,7 +13,7 @@ from torc.problems.problem import Problem
 from torc.problems.schema import Category
 from torc.registry.kinds import SCENE_FAMILIES
 from torc.registry.loading import make_part
-from torc.sim.stillness import StillnessConfig
+from torc.sim.settling import StillnessConfig
 
 HIDES = 0.15
 """Share of the target's pixels from which an object counts as hiding it."""

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from torc.geometry.transforms import rotation_about, wxyz_from_rotation
-from torc.objects.models import CollisionPiece, ObjectModel, Quat
+from torc.objects.models import ObjectModel, Quat
 
 DIRECTIONS = 32
 """Even, so that the opposite of every direction is among them."""
@@ -25,13 +25,8 @@ def directions() -> Float[np.ndarray, "32 2"]:
 
 @dataclass(frozen=True, eq=False)
 class Footprint:
-    """The shadow of an object on the table, about the model's origin.
-
-    Attributes:
-        extents: how far it reaches per direction, metres.
-        top, base: extents of its flat top and base, if it has them.
-        lowest_m, highest_m: how far it reaches below and above the origin.
-        rotation: its orientation.
+    """The shadow of an object on the table, about the model's origin: how far it reaches per direction, metres, and its
+    flat top and base, if it has them; and how far the object reaches below and above the origin.
     """
 
     extents: Extents
@@ -62,23 +57,15 @@ def _horizontal() -> Float[np.ndarray, "32 3"]:
 
 def _flat_end(model: ObjectModel, rotation: np.ndarray, sign: float, reach_m: float) -> Extents | None:
     """Return the extents of the largest flat end (box or upright cylinder) that makes up the top or the base."""
-    found = (_flat_piece(piece, rotation, sign, reach_m) for piece in model.pieces)
-    return max((e for e in found if e is not None), key=np.min, default=None)
-
-
-def _flat_piece(piece: CollisionPiece, rotation: np.ndarray, sign: float, reach_m: float) -> Extents | None:
-    T = piece.T_object_piece
-    R = rotation @ T[:3, :3]
-    up = np.array([[0.0, 0.0, sign]])
-    at_end = abs(float(piece.support(up @ rotation)[0]) - reach_m) < 1e-3
-    if piece.kind == "cylinder":
-        flat = abs(R[2, 2]) > UP_TOLERANCE
-    else:
-        flat = piece.kind == "box" and np.abs(R[2]).max() > UP_TOLERANCE
-    if not (at_end and flat):
-        return None
-    extents = piece.support(_horizontal() @ rotation)
-    return extents if extents.min() > 0.01 else None  # an end that is not under the middle carries nothing
+    found = []
+    for piece in model.pieces:
+        R = rotation @ piece.T_object_piece[:3, :3]
+        upright = {"cylinder": abs(R[2, 2]), "box": np.abs(R[2]).max()}.get(piece.kind, 0.0)
+        height_m = float(piece.support(np.array([[0.0, 0.0, sign]]) @ rotation)[0])
+        if upright > UP_TOLERANCE and abs(height_m - reach_m) < 1e-3:
+            found.append(piece.support(_horizontal() @ rotation))
+    # An end that is not under the middle carries nothing.
+    return max((e for e in found if e.min() > 0.01), key=np.min, default=None)
 
 
 def gaps(

@@ -12,7 +12,7 @@ from string import Template
 from torc.errors import InputError
 from torc.generation.cards import HIDDENNESS_WORDS, Card, draw_card
 from torc.generation.inspection import Inspector, difficulty_of
-from torc.generation.oracle_orders import OracleOrder, stated_order
+from torc.oracle.answer import OracleOrder, stated_order
 from torc.problems.problem import Problem
 
 CARDS, HTML, MARKDOWN = "cards", "index.html", "gallery.md"
@@ -35,16 +35,8 @@ def make_gallery(
 ) -> list[Card]:
     """Draw a card per problem into `out/cards`, then write the pages; files of these names are replaced.
 
-    Args:
-        title: of the pages.
-        problems: the problems.
-        inspector: returns the inspector for a problem.
-        out: the folder.
-        orders: orders by the problem's name; others are taken from the problem itself, if it states one.
-        progress: called with each problem first.
-
-    Raises:
-        InputError: two problems have one name, or `out` cannot be written.
+    `orders` are by the problem's name; others are taken from the problem itself, if it states one. `progress` is called
+    with each problem first. Raises InputError if two problems have one name, or `out` cannot be written.
     """
     twice = [name for name, count in Counter(problem.name for problem in problems).items() if count > 1]
     if twice:

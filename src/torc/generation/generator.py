@@ -18,11 +18,13 @@ from torc.generation.clutter import (
     worst_mover,
 )
 from torc.generation.config import (
+    GENERATOR_VERSION,
+    LARGE_PILE_VERSION,
+    MANY,
     GenerationConfig,
     Hiddenness,
     Reason,
     RejectedError,
-    generator_version,
 )
 from torc.generation.families import SceneFamily, before, scene_family
 from torc.generation.inspection import Difficulty, Inspector, SceneView, robot_facts
@@ -38,15 +40,18 @@ from torc.registry.loading import short_part_name
 from torc.robots.description import RobotDescription
 from torc.robots.gripper import GripperDescription
 from torc.robots.names import DEFAULT_ROBOT
-from torc.sim.settling import UNSEEN, with_poses_of
+from torc.sim.settling import UNSEEN, StillnessConfig, watch_stillness, with_poses_of
 from torc.sim.simulated_world import build_world
-from torc.sim.stillness import StillnessConfig, watch_stillness
 from torc.specs.conditions import DEFAULT_WORKSPACE, Conditions
 from torc.workspace.description import Workspace
 
 STILL = StillnessConfig(distance_m=0.0015, angle_rad=float(np.deg2rad(1.5)), early_s=2.5)
 """Stillness of a generated problem: well within what is allowed after 10 s, since the watch may end early."""
 _CHANCES = 3
+FIRST_LOOKS = 2
+"""How many times grasps are planned from the first look, each time with other random candidates: a target that can be
+grasped in any of them makes no problem.
+"""
 _GRIPPER_ROOM_M = 0.005
 """An object that fits into the gripper is narrower than its opening by this."""
 _FOUND = ("attempt", "target", "hiddenness", "visible_fraction", "in_front", "beside", "taller")
@@ -82,16 +87,10 @@ def generate_problem(
     inspector: Inspector,
     progress: Callable[[int, Reason], None] = lambda attempt, reason: None,
 ) -> Made:
-    """Return the problem that belongs to a configuration and a seed; equal in every process.
+    """Return the problem that belongs to a configuration and a seed (at least 0); equal in every process.
 
-    Args:
-        config: the request.
-        seed: at least 0.
-        inspector: looks at scenes with the system that has to solve them.
-        progress: called with the number of each rejected attempt, from 1 on, and the reason.
-
-    Raises:
-        InputError: the configuration leaves too few object models to choose from.
+    `progress` is called with the number of each rejected attempt, from 1 on, and the reason. Raises InputError if the
+    configuration leaves too few object models to choose from.
     """
     low, high = config.objects
     count = int(stage_rng(seed, 0, "object count").integers(low, high + 1))
@@ -105,11 +104,9 @@ def generate_problem(
             rejections[reason] += 1
             progress(attempt + 1, reason)
             continue
-        origin = _asked(config, seed, inspector.robot) | {"attempt": attempt, "target": problem.target}
-        origin |= difficulty.facts()
-        problem = replace(
-            problem, name=problem_name(config, seed), origin=origin, workspace=named(inspector.workspace)
-        )
+        found: dict[str, Scalar] = {"attempt": attempt, "target": problem.target, **difficulty.facts()}
+        origin, workspace = _asked(config, seed, inspector.robot) | found, named(inspector.workspace)
+        problem = replace(problem, name=problem_name(config, seed), origin=origin, workspace=workspace)
         return GeneratedProblem(problem, difficulty, attempt + 1, dict(rejections))
     return NotGenerated(config.attempts, dict(rejections))
 
@@ -128,10 +125,7 @@ def named(workspace: Workspace) -> str:
 def is_made_from(
     problem: Problem, config: GenerationConfig, seed: int, robot: RobotDescription, workspace: str = ""
 ) -> bool:
-    """True if a problem belongs to a configuration and a seed, according to its file.
-
-    `workspace` is the name that its file must state.
-    """
+    """True if a problem belongs to a configuration, a seed and a named workspace, according to its file."""
     asked = _asked(config, seed, robot)
     stated = {name: value for name, value in problem.origin.items() if name not in _FOUND}
     return (stated, problem.name, problem.workspace) == (asked, problem_name(config, seed), workspace)
@@ -197,9 +191,10 @@ def _asked(config: GenerationConfig, seed: int, robot: RobotDescription) -> dict
         "own": config.own,
         "family": config.family,
     }
+    large = config.category == "unstructured" and config.objects[1] > MANY
     return {
         "source": "torc problems generate",
-        "generator": generator_version(config),
+        "generator": LARGE_PILE_VERSION if large else GENERATOR_VERSION,
         "torc": torc.__version__,
         "seed": seed,
         "wanted_objects": "-".join(map(str, config.objects)),
@@ -252,48 +247,36 @@ def choose_target(
 
     Returns its name, or "" with the reason, and the objects that no target can have around it.
     """
-    scene, reason, family = view.problem, Reason.NONE_SO_HIDDEN, scene_family(config.family)
-    ungraspable: dict[str, bool] = {}
-    for name in _candidates(view, config, inspector, rng):
-        bad = family.unfit(view, name, inspector)
-        if bad is not None:
-            reason = _further(reason, bad)
-            continue
-        if family.stuck is not None:
-            found = _among_stuck(view, name, family.stuck, config, inspector)
-            if found is None:
-                return name, reason, ()
-            reason = _further(reason, found)
-            continue
-        # The objects around the next candidate are mostly known from the last one: this question is cheaper.
-        for other in (name, *inspector.around(scene, name).all):
-            if other not in ungraspable:
-                ungraspable[other] = not inspector.graspable_at_all(scene, other)
-            if ungraspable[other]:
-                reason = _further(reason, Reason.CANNOT_BE_GRASPED)
-                break
+    scene, family = view.problem, scene_family(config.family)
+    at_all: dict[str, bool] = {}
+    """Which objects can be grasped at all: most of those around a candidate are known from the one before."""
+
+    def can_be_grasped(name: str) -> bool:
+        if name not in at_all:
+            at_all[name] = inspector.graspable_at_all(scene, name)
+        return at_all[name]
+
+    def fault_of(name: str) -> Reason | None:
+        if (unfit := family.unfit(view, name, inspector)) is not None:
+            return unfit
+        if family.stuck is None:
+            needed = (name, *inspector.around(scene, name).all)
         else:
-            if not inspector.graspable_at_first(view, name, config.first_looks):
-                return name, reason, ()
-            reason = _further(reason, Reason.TRIVIAL)
-    return "", reason, tuple(name for name, never in ungraspable.items() if never)
+            needed = (name,)
+            if sum(not can_be_grasped(other) for other in before(view, name, inspector)) < family.stuck:
+                return Reason.NOTHING_STUCK
+        if not all(map(can_be_grasped, needed)):
+            return Reason.CANNOT_BE_GRASPED
+        return Reason.TRIVIAL if inspector.graspable_at_first(view, name, FIRST_LOOKS) else None
 
-
-def _among_stuck(
-    view: SceneView, name: str, wanted: int, config: GenerationConfig, inspector: Inspector
-) -> Reason | None:
-    """Return why an object is not a target behind things that cannot be grasped; None if it is one."""
-    scene = view.problem
-    stuck = (o for o in before(view, name, inspector) if not inspector.graspable_at_all(scene, o))
-    if sum(1 for _ in stuck) < wanted:
-        return Reason.NOTHING_STUCK
-    if not inspector.graspable_at_all(scene, name):
-        return Reason.CANNOT_BE_GRASPED
-    return Reason.TRIVIAL if inspector.graspable_at_first(view, name, config.first_looks) else None
-
-
-def _further(one: Reason, other: Reason) -> Reason:
-    return max(one, other, key=list(Reason).index)
+    faults = [Reason.NONE_SO_HIDDEN]
+    for name in _candidates(view, config, inspector, rng):
+        fault = fault_of(name)
+        if fault is None:
+            return name, Reason.NONE_SO_HIDDEN, ()
+        faults.append(fault)
+    gone = tuple(name for name, graspable in at_all.items() if not graspable and family.stuck is None)
+    return "", max(faults, key=list(Reason).index), gone
 
 
 def _candidates(

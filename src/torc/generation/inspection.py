@@ -8,8 +8,7 @@ from jaxtyping import Float
 
 from torc.errors import UnknownNameError
 from torc.generation.config import Hiddenness, hiddenness_of
-from torc.generation.grasps import ModelGrasping
-from torc.generation.surfaces import placed, surface_cloud
+from torc.generation.grasps import ModelGrasping, placed, surface_cloud
 from torc.geometry.transforms import Pose
 from torc.grasping.protocol import GraspPlanner
 from torc.objects.library import load_object
@@ -22,11 +21,10 @@ from torc.records import TARGET_ID, Capture, GraspSet, Observation, OcclusionVol
 from torc.robots.description import RobotDescription
 from torc.robots.loading import load_robot
 from torc.robots.names import DEFAULT_ROBOT, robot_names
-from torc.sim.filled import filled_voxels
 from torc.sim.rendering import CameraRenderer
 from torc.sim.settling import UNSEEN
 from torc.sim.simulated_world import build_world
-from torc.sim.visibility import Visibility, measure_visibility
+from torc.sim.visibility import Visibility, filled_voxels, measure_visibility
 from torc.workspace.description import Workspace
 
 BESIDE_M = 0.15
@@ -43,7 +41,6 @@ class Surroundings:
 
     @property
     def all(self) -> tuple[str, ...]:
-        """All of them, each once."""
         return tuple(dict.fromkeys((*self.in_front, *self.beside, *self.taller)))
 
 
@@ -242,7 +239,6 @@ class Difficulty:
     taller: int
 
     def facts(self) -> dict[str, Scalar]:
-        """Return the facts for a problem file."""
         return {
             "hiddenness": self.hiddenness.value,
             "visible_fraction": round(self.visible_fraction, 4),
@@ -252,7 +248,6 @@ class Difficulty:
         }
 
     def words(self) -> str:
-        """Return the facts on one line."""
         seen = f"target {100 * self.visible_fraction:.0f} % in sight ({self.hiddenness.value})"
         around = f"{self.in_front} in front, {self.beside} beside, {self.taller} taller"
         return f"{self.objects} objects, {seen}, {around}"

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,23 +16,18 @@ from torc.problems.problem import Problem
 from torc.registry.kinds import SCENE_FAMILIES
 from torc.registry.loading import part_paths
 from torc.sim.contacts import deepest_overlap
-from torc.sim.settling import UNSEEN
+from torc.sim.settling import UNSEEN, StillnessConfig, watch_stillness
 from torc.sim.simulated_world import World, build_world
-from torc.sim.stillness import StillnessConfig, watch_stillness
 
 FEWEST_PICKS = 2
 _SAME_FRACTION = 0.02
 
 
-@dataclass(frozen=True)
-class Check:
-    """One check of a problem.
+class Check(NamedTuple):
+    """One check of a problem, with the finding in words.
 
-    Attributes:
-        name: "contact", "rest", "sight", "first look", "target", "surroundings" or "solution"; "absence" in place of
-            the checks of an absent target; "objects" if they cannot be simulated.
-        passed: the result.
-        text: the finding in words.
+    Its name is "contact", "rest", "sight", "first look", "target", "surroundings" or "solution"; "absence" in place of
+    the checks of an absent target; "objects" if they cannot be simulated.
     """
 
     name: str
@@ -49,7 +45,6 @@ class ValidationReport:
 
     @property
     def valid(self) -> bool:
-        """True if every check passed."""
         return all(check.passed for check in self.checks)
 
 
@@ -66,13 +61,8 @@ def validate_problem(
 ) -> ValidationReport:
     """Check a problem as its file has it: contact, rest, sight, first look, target and surroundings.
 
-    Args:
-        problem: the problem.
-        inspector: looks at it with the system that has to solve it.
-        resolve: also check that it can be solved.
-        progress: called with each check.
-        stillness: how still it must be.
-        first_looks: how often grasps are planned from the first look, each time with other random candidates.
+    `resolve` also checks that it can be solved. Grasps are planned from the first look `first_looks` times, each time
+    with other random candidates.
     """
     checks: list[Check] = []
     difficulty = None
@@ -95,11 +85,10 @@ def validate_problem(
         note("rest", False, f"The simulation breaks: {error}")
     else:
         difficulty = inspector.difficulty(view, problem.target)
-        for check in _of_target(problem, view, difficulty, inspector, first_looks):
-            note(check.name, check.passed, check.text)
+        for finding in _of_target(problem, view, difficulty, inspector, first_looks):
+            note(*finding)
         if resolve is not None:
-            check = resolve(problem)
-            note(check.name, check.passed, check.text)
+            note(*resolve(problem))
     return ValidationReport(problem.name, tuple(checks), difficulty)
 
 

@@ -22,7 +22,7 @@ from torc.pipeline.warm_up import announced_compilation
 from torc.problems.problem import load_problem
 from torc.problems.sets import select_problems
 from torc.records import MAX_OBJECTS, Decision, GraspStatus, PlanningContext
-from torc.sim.closing import Closing
+from torc.sim.rendering import Closing
 from torc.sim.robot import RobotState, SimulatedRobot
 from torc.specs.conditions import Conditions
 from torc.task_planning.graph_building import build_dependency_graph

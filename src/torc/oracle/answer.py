@@ -1,28 +1,34 @@
-"""The oracle's answer, as a record, in words and as JSON."""
+"""The oracle's answer, as a record, in words and as JSON; and the orders that answer files and problems state."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
 
 from torc.episode.bound import Bound
 from torc.episode.privileged import SimulatedState
+from torc.errors import InputError
+from torc.io.reading import read_plain_text
 from torc.io.record_files import to_plain
+from torc.io.strict_yaml import explain_faults
 from torc.oracle.search import Found
 from torc.oracle.tree import GIVE_UP
 from torc.problems.problem import Problem
 from torc.records import PickOutcome
 
 PASS_NAME = "(nothing)"
+ORDER_KEY = "oracle_order"
+"""Key of a problem's origin that holds the order."""
+_MAX_BYTES = 1_000_000
+_WRITERS = "`torc problems solve PROBLEM --json` and benchmarks/oracle.py write such files"
 
 
 @dataclass(frozen=True)
 class ForeseenPick:
-    """One pick of the order.
-
-    Attributes:
-        object_id: its object; None if nothing can be picked, so that the pick passes.
-        name: the object's name.
-        outcome: what happens.
-        after: the target's situation after it, in words (empty after the last).
+    """One pick of the order, of None if nothing can be picked, so that it passes; and the target's situation after it,
+    in words (empty after the last).
     """
 
     object_id: int | None
@@ -36,7 +42,6 @@ class OracleAnswer:
     """The best order of picks found for the problem with this seed; if not solved, the most promising one.
 
     Attributes:
-        solved: the order retrieves the target.
         drops: objects other than the target that fall off the table.
         proved: no order needs fewer picks, or equally many with fewer drops; if not solved, no order (of at most
             `limit` picks) leads to the target.
@@ -67,16 +72,13 @@ class OracleAnswer:
 
     @property
     def picks(self) -> int:
-        """Length of the order."""
         return len(self.foreseen)
 
     @property
     def order(self) -> tuple[str, ...]:
-        """Names of the objects to pick."""
         return tuple(pick.name for pick in self.foreseen)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return JSON-compatible data."""
         return {"picks": self.picks, "order": list(self.order), "bound": self.bound.value, **to_plain(self)}
 
     def verdict(self) -> str:
@@ -96,7 +98,6 @@ class OracleAnswer:
         return f"{picks}, {drops}; {how_good}."
 
     def effort(self) -> str:
-        """Return the effort of the search in words."""
         return f"{_count(self.picks_tried, 'pick')} tried, {_count(self.looks, 'look')}"
 
     def text(self) -> str:
@@ -141,3 +142,59 @@ def answer_from(found: Found[SimulatedState], problem: Problem, seed: int, budge
 
 def _count(number: int, thing: str) -> str:
     return f"{number} {thing}{'' if number == 1 else 's'}"
+
+
+@dataclass(frozen=True)
+class OracleOrder:
+    """An order of picks (PASS_NAME where nothing can be picked), and how good it is, in words."""
+
+    names: tuple[str, ...]
+    verdict: str
+
+
+def stated_order(problem: Problem) -> OracleOrder | None:
+    """Return the order that a problem's origin states; None if it states none, or one to another target."""
+    names = tuple(name for name in str(problem.origin.get(ORDER_KEY, "")).split(", ") if name)
+    if not names or not _is_of(problem, names) or not _ends_well(problem, names):
+        return None
+    return OracleOrder(names, f"{_count(len(names), 'pick')}.")
+
+
+def orders_from(answers: Path, problems: Iterable[Problem]) -> dict[str, OracleOrder]:
+    """Return the orders in a directory of answer files (*.json), by the problem's name; of several seeds the first.
+
+    Answers to other problems are skipped. Raises InputError for invalid or outdated files, or if none fits.
+    """
+    if not answers.is_dir():
+        raise InputError(f"There is no directory '{answers}' of answers; {_WRITERS}.")
+    wanted = {problem.name: problem for problem in problems}
+    found: list[OracleAnswer] = []
+    for path in sorted(answers.glob("*.json")):
+        try:
+            answer = TypeAdapter(OracleAnswer).validate_json(read_plain_text(path, _MAX_BYTES, "an answer"))
+        except ValidationError as error:
+            raise InputError(
+                f"{path} is not an answer of the oracle; {_WRITERS}:\n{explain_faults(error)}"
+            ) from None
+        problem = wanted.get(answer.problem)
+        if problem is None:
+            continue
+        if not _is_of(problem, answer.order) or (answer.solved and not _ends_well(problem, answer.order)):
+            raise InputError(
+                f"{path} names objects that '{problem.name}' does not have, or ends with another target: it was "
+                "changed since. Solve it again."
+            )
+        found.append(answer)
+    if not found:
+        raise InputError(f"No answer in '{answers}' is to one of these problems; {_WRITERS}.")
+    first = {answer.problem: answer for answer in sorted(found, key=lambda a: a.seed, reverse=True)}
+    return {name: OracleOrder(a.order if a.solved else (), a.verdict()) for name, a in first.items()}
+
+
+def _ends_well(problem: Problem, names: tuple[str, ...]) -> bool:
+    """True if the order ends with the target; an absent target allows any end."""
+    return problem.absent or names[-1:] == (problem.target,)
+
+
+def _is_of(problem: Problem, names: Iterable[str]) -> bool:
+    return set(names) <= {placement.name for placement in problem.objects} | {PASS_NAME}

@@ -28,7 +28,6 @@ class Order:
 
     @property
     def expected(self) -> float:
-        """Mean number of picks."""
         return float(np.mean(self.picks))
 
 
@@ -44,12 +43,8 @@ class InformedPlanner(TaskPlannerTraits):
     privileged = True
 
     def __init__(self, budget: float = DEFAULT_BUDGET, searches: int = 2, futures: int = 4) -> None:
-        """Set up the planner.
-
-        Args:
-            budget: of each search, in simulated picks.
-            searches: number of searches, each with its own draws.
-            futures: how often each order is played to find its picks.
+        """Set the budget of each search, in simulated picks, the number of searches, each with its own draws, and how
+        often each order is played to find its picks.
         """
         check_budget(budget)
         if searches < 1 or futures < 1:
@@ -59,7 +54,6 @@ class InformedPlanner(TaskPlannerTraits):
         self._rest: tuple[int, ...] = ()
 
     def attach(self, simulation: Simulation) -> None:
-        """Take the simulation of a trial."""
         self._simulation, self._rest = simulation, ()
 
     def decide(self, context: PlanningContext, rng: np.random.Generator) -> Decision:
@@ -81,7 +75,7 @@ class InformedPlanner(TaskPlannerTraits):
             return Decision(
                 chosen, f"Pick {context.called(chosen)}: next in the order, which goes as it should."
             )
-        orders = self._weighed(simulation, graspable, context, rng)
+        orders = self._weighed(simulation, context, rng)
         best = min(orders, key=lambda order: order.expected)
         chosen, self._rest = best.object_ids[0], best.object_ids[1:]
         played = [{"objects": list(o.object_ids), "expected_picks": o.expected} for o in orders]
@@ -92,14 +86,10 @@ class InformedPlanner(TaskPlannerTraits):
         return Decision(chosen, reason, evidence=Evidence(notes={"orders": played}))
 
     def _weighed(
-        self,
-        simulation: Simulation,
-        graspable: Sequence[int],
-        context: PlanningContext,
-        rng: np.random.Generator,
+        self, simulation: Simulation, context: PlanningContext, rng: np.random.Generator
     ) -> list[Order]:
         """Return the orders that begin with a graspable object, with the picks that each takes."""
-        now, config = simulation.now(), simulation.config
+        now, config, graspable = simulation.now(), simulation.config, context.graspable_ids
         left = config.max_picks - now.episode.pick
         draws = _other_seeds(rng, self.searches + self.futures, config.seed)
         sandboxes = [simulation.sandbox.with_draws(seed) for seed in draws]
@@ -128,8 +118,7 @@ def picks_of(order: Sequence[int], sandbox: Sandbox, start: SimulatedState, left
         if sandbox.nowhere(state, look.context):
             return pick
         graspable = look.context.graspable_ids
-        begun = pick > 0
-        wanted = ([TARGET_ID] if begun else []) + rest
+        wanted = ([TARGET_ID] if pick > 0 else []) + rest
         chosen = next((k for k in wanted if k in graspable), None)
         if chosen is None:
             # DG-SELECT draws nothing.
@@ -147,8 +136,8 @@ def picks_of(order: Sequence[int], sandbox: Sandbox, start: SimulatedState, left
 def _order_in(sandbox: Sandbox, now: SimulatedState, left: int, budget: float, say: Say) -> tuple[int, ...]:
     """Return the objects of the best order that a search finds, each once."""
     found = best_order(sandbox, now, left, budget, say, likely_suffices=True)
-    path = found.best or found.outlook
-    return tuple(dict.fromkeys(k for k in path.choices if k not in (None, GIVE_UP)))
+    choices = (found.best or found.outlook).choices
+    return tuple(dict.fromkeys(k for k in choices if k not in (None, GIVE_UP)))
 
 
 def _other_seeds(rng: np.random.Generator, count: int, own: int) -> list[int]:

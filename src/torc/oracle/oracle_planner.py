@@ -39,7 +39,6 @@ class OraclePlanner(TaskPlannerTraits):
     privileged = True
 
     def __init__(self, budget: float = DEFAULT_BUDGET) -> None:
-        """Take the budget of each search, in simulated picks."""
         check_budget(budget)
         self.budget = budget
         self._simulation: Simulation | None = None
@@ -52,7 +51,6 @@ class OraclePlanner(TaskPlannerTraits):
         return self._bound or Bound.FOUND
 
     def attach(self, simulation: Simulation) -> None:
-        """Take the simulation of a trial."""
         self._simulation, self._plan, self._bound = simulation, None, None
 
     def decide(self, context: PlanningContext, rng: np.random.Generator) -> Decision:

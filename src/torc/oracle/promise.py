@@ -139,7 +139,7 @@ class Promise(Generic[State]):
         return min(prospects, default=None)
 
     def _risk(self, choice: Choice, gone: frozenset[int]) -> float:
-        """Return the expected failures in picking an object when these are gone, by those observed."""
+        """Return the expected failures in picking an object when these are gone."""
         tries = self._tries[choice]
         if any(worked and before <= gone for before, worked in tries):
             return 0.0

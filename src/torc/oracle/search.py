@@ -66,13 +66,9 @@ def search(
 ) -> Found[State]:
     """Find the cheapest sequence of at most max_picks picks, or the best that the budget finds.
 
-    Args:
-        space, start: the space to search, and where.
-        max_picks: most picks of a sequence.
-        budget: in simulated picks; never exceeded.
-        likely_suffices: end as soon as the best sequence is likely the best there is (`Found.likely`), unless the
-            budget allows the proof.
-        tell: called after every pick and look with the answer so far.
+    The budget, in simulated picks, is never exceeded. With `likely_suffices` the search ends as soon as the best
+    sequence is likely the best there is (`Found.likely`), unless the budget allows the proof. `tell` is called after
+    every pick and look with the answer so far.
     """
     run: _Search[State]
     tell = tell or (lambda found: None)
@@ -102,7 +98,6 @@ class _Search(Generic[State]):
             self.advance()
 
     def found(self) -> Found[State]:
-        """Return the answer so far."""
         tree = self.tree
         best = None if tree.best is None else tree.best.path()
         trial = tree.next()
@@ -113,7 +108,6 @@ class _Search(Generic[State]):
         return Found(best, bound, rough, tree.leader.path(), tree.spent, limit, self.likely)
 
     def follow_first_choices(self) -> None:
-        """Try the first choice of each state, from the start."""
         node: Node[State] | None = self.tree.root
         while node is not None and node.trials and self.tree.affords(picks=1, looks=1):
             if self.tree.spent.total > _FIRST_SHARE * self.tree.budget:
@@ -121,7 +115,6 @@ class _Search(Generic[State]):
             node = self.attempt(next(iter(node.trials.values())))
 
     def advance(self) -> None:
-        """Take one step."""
         trial = self.most_promising()
         prospect = None if trial is None else self.promise.of(trial)
         unknown = self.unknown_plans()
@@ -190,7 +183,6 @@ class _Search(Generic[State]):
         return new[self.rng.choice(len(new), p=weights / weights.sum())]
 
     def attempt(self, trial: Trial[State]) -> Node[State] | None:
-        """Try a choice, and learn from it."""
         before = self.tree.best
         child = self.tree.attempt(trial)
         self.promise.learn(trial)

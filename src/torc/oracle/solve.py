@@ -17,10 +17,12 @@ from torc.pipeline.building import System
 from torc.pipeline.look import Look
 from torc.pipeline.state import EndReason
 from torc.problems.problem import Problem
-from torc.records import TARGET_ID, PlanningContext
+from torc.records import TARGET_ID, GraspStatus, PlanningContext
 from torc.task_planning.dg_select import DgSelectPlanner
 
 Say = Callable[[str], None]
+MAX_PICKS = 15
+"""Picks of a retrieval without luck, in which each pick takes its object away."""
 _SAY_EVERY = 4.0
 _NOWHERE = "the target can be nowhere"
 _LOOKS_KEPT = 12
@@ -38,20 +40,10 @@ def solve_problem(
 ) -> OracleAnswer:
     """Find the order of picks that retrieves the target with the fewest picks, then the fewest drops.
 
-    Orders longer than the conditions allow do not count. A trial with this seed that picks in this order goes exactly
-    as foreseen.
-
-    Args:
-        problem: the problem.
-        system: the parts and conditions.
-        seed: decides all random draws.
-        budget: in simulated picks; a look counts as half of one.
-        likely_suffices: end with an order that is likely the best, unless the budget allows the proof.
-        say: called with lines about the progress.
-
-    Raises:
-        InputError: the budget is not a positive number, or the problem cannot be played.
-        PhysicsError: the simulation broke before the first pick.
+    Orders longer than the conditions allow do not count. A trial with this seed, which decides all random draws, goes
+    exactly as foreseen if it picks in this order. The budget is in simulated picks; a look counts as half of one.
+    `likely_suffices` is that of `search`. Raises InputError if the budget is not a positive number, or the problem
+    cannot be played; PhysicsError if the simulation broke before the first pick.
     """
     check_budget(budget)
     max_picks = system.conditions.max_picks
@@ -80,7 +72,6 @@ class Branches:
         self._looks: OrderedDict[int, tuple[SimulatedState, Look]] = OrderedDict()
 
     def look(self, state: SimulatedState) -> Options:
-        """Return what can be picked in a state."""
         return self._options(state, self._look(state).context)
 
     def pick(self, state: SimulatedState, choice: Choice) -> Arrival[SimulatedState]:
@@ -97,7 +88,6 @@ class Branches:
         return Arrival(after, len(outcome.dropped), fate, frozenset((*delivered, *outcome.dropped)))
 
     def peek(self, state: SimulatedState, removed: frozenset[int]) -> Options:
-        """Return what could be picked if these objects were gone."""
         try:
             context = self._sandbox.look_without(state, removed).context
             # The world is as it would be then.
@@ -143,6 +133,13 @@ def options_of(context: PlanningContext) -> Options:
     if target_seen:
         note = "the target is in sight, " + ("and can be picked" if target is not None else "but blocked")
     return Options(choices, target, outlook, note)
+
+
+def best_hold(context: PlanningContext, object_id: int) -> float:
+    """Return the probability that the object's best valid grasp holds; 0 if there is none."""
+    valid = context.report.status == GraspStatus.VALID
+    scores = context.grasps.scores[valid & (context.grasps.object_ids == object_id)]
+    return float(scores.max(initial=0.0))
 
 
 def _narration(say: Say, budget: float) -> Callable[[Found[Any]], None]:

@@ -34,8 +34,6 @@ def check_budget(budget: float) -> None:
 
 
 class Fate(Enum):
-    """Whether the picks go on."""
-
     OPEN = "open"
     SOLVED = "solved"
     LOST = "lost"
@@ -101,16 +99,12 @@ class Spent:
 
     @property
     def total(self) -> float:
-        """The effort in picks."""
         return self.picks + LOOK_COST * self.looks
 
 
 @dataclass(frozen=True)
 class Path(Generic[State]):
-    """A sequence of picks from the start.
-
-    `states` and `notes` are those before each pick, and at the end; a note is "" if nobody looked.
-    """
+    """A sequence of picks from the start, with the states and notes before each, and at the end ("" without a look)."""
 
     choices: tuple[Choice, ...]
     states: tuple[State, ...]
@@ -120,12 +114,8 @@ class Path(Generic[State]):
 
 @dataclass
 class Node(Generic[State]):
-    """A state and how it was reached.
-
-    Attributes:
-        gone: objects that have left the table since the start.
-        detour: how much its choices differ from the most promising ones.
-        trials: a trial per choice that may still lead to something better.
+    """A state and how it was reached: the objects that have left the table since the start, how much its choices differ
+    from the most promising ones, and a trial per choice that may still lead to something better.
     """
 
     state: State
@@ -138,7 +128,6 @@ class Node(Generic[State]):
     trials: "dict[Choice, Trial[State]]" = field(default_factory=dict)
 
     def path(self) -> Path[State]:
-        """Return the way to it from the start."""
         nodes = [self]
         while (parent := nodes[0].parent) is not None:
             nodes.insert(0, parent)
@@ -171,10 +160,8 @@ class Trial(Generic[State]):
 class Tree(Generic[State]):
     """Everything that was tried from a start, within a budget. It knows what can still be tried, not what should be.
 
-    Attributes:
-        best: the end of the best sequence.
-        leader: the most promising state that was looked at.
-        cut: something was left untried because it needs too many picks.
+    `best` is the end of the best sequence, `leader` the most promising state that was looked at; with `cut` something
+    was left untried because it needs too many picks.
     """
 
     def __init__(
@@ -192,11 +179,9 @@ class Tree(Generic[State]):
         self._peeked: dict[frozenset[int], Options] = {}
 
     def hopeful(self, cost: Cost) -> bool:
-        """True if a sequence of this cost would be better than the best."""
         return cost < (Cost(self.max_picks + 1, 0) if self.best is None else self.best.cost)
 
     def affords(self, picks: int = 0, looks: int = 0) -> bool:
-        """True if the budget allows this much more."""
         return self.spent.total + Spent(picks, looks).total <= self.budget
 
     def next(self) -> Trial[State] | None:
@@ -231,7 +216,6 @@ class Tree(Generic[State]):
         return trial.child
 
     def look(self, node: Node[State]) -> None:
-        """Find out what can be tried in a node."""
         self.spent = Spent(self.spent.picks, self.spent.looks + 1)
         self.looked = True
         node.options = self.space.look(node.state)

@@ -24,8 +24,6 @@ _GRIP_LIMIT_S, _GRIP_REST_M_S, _GRIP_HOLD_S = 2.0, 0.002, 0.1
 """Pads slower than this for this long, in which the grip force builds up, have stopped."""
 _EMPTY_WIDTH_M = 0.0015
 """If the pads are closed further than this, nothing is between them."""
-
-
 GripState = tuple[bool, float]
 """The gripper's latest command: whether to close, and the largest actuator force."""
 
@@ -46,11 +44,10 @@ class SimulatedGripper:
         self._tips = [world.model.site(name).id for name in robot.tip_site_names]
         self._base = world.model.body(robot.gripper_body_name).id
         self.closed = False
-        """True if the latest command was to close: then whatever touches the fingers is gripped."""
+        """The latest command was to close: whatever touches the fingers is gripped."""
 
     @property
     def max_width_m(self) -> float:
-        """Largest opening between the pads."""
         return self._gripper.max_width_m
 
     @property
@@ -106,7 +103,6 @@ class SimulatedGripper:
         return self.closed, float(force)
 
     def restore(self, state: GripState) -> None:
-        """Repeat a saved command."""
         self.closed, force = state
         self._limit_force(force)
 
@@ -119,7 +115,6 @@ class SimulatedGripper:
         self._stepper.world.data.ctrl[self._actuator] = ctrl
 
     def _run(self) -> GripperState:
-        """Run until the pads rest."""
         elapsed, still = 0.0, 0.0
         chunk = 5 * self._stepper.period_s
         before = self.width_m

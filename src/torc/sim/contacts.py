@@ -8,8 +8,7 @@ from jaxtyping import Bool, Float, Int
 
 from torc.records import ROBOT
 from torc.robots.description import RobotDescription
-from torc.sim.simulated_world import World
-from torc.sim.state import restore_state, save_state
+from torc.sim.simulated_world import World, restore_state, save_state
 
 _BORNE_SHARE = 0.1
 """An object lies on another that bears this share of its weight from below; less is leaning against its side."""
@@ -24,7 +23,10 @@ class ContactReader:
         self._is_robot: Bool[np.ndarray, g] = world.geom_labels == ROBOT
         fingers = [model.body(name).id for name in robot.finger_body_names]
         self._is_finger: Bool[np.ndarray, g] = np.isin(model.geom_bodyid, fingers)
-        gripper = _subtree(model, model.body(robot.gripper_body_name).id)
+        gripper = [model.body(robot.gripper_body_name).id]
+        for body in range(gripper[0] + 1, model.nbody):  # parents come before children
+            if model.body_parentid[body] in gripper:
+                gripper.append(body)
         self._is_gripper: Bool[np.ndarray, g] = np.isin(model.geom_bodyid, gripper)
 
     def hardest(self, ignore_gripped: bool) -> tuple[float, str]:
@@ -51,9 +53,8 @@ class ContactReader:
         sums = np.bincount(bodies, forces)
         worst = int(np.argmax(sums))
         at = int(np.argmax(np.where(bodies == worst, forces, -1.0)))
-        part = int(pairs[at, 0] if on_robot[at, 0] else pairs[at, 1])
-        part_name, other_name = (self._world.body_name_of_geom(g) for g in (part, int(others[at])))
-        return float(sums[worst]), f"{part_name} on {other_name}"
+        pair = pairs[at] if on_robot[at, 0] else pairs[at, ::-1]
+        return float(sums[worst]), " on ".join(self._world.body_name_of_geom(int(g)) for g in pair)
 
     def carried(self, heights_before: Float[np.ndarray, "n"], risen_m: float) -> dict[int, bool]:
         """Return lifted objects that touch the gripper, directly (True) or through others that do (False)."""
@@ -72,12 +73,8 @@ class ContactReader:
 
 @dataclass(frozen=True)
 class Overlap:
-    """Two things that are inside each other.
-
-    Attributes:
-        depth_m: how deep; 0 or less where nothing touches.
-        between: their names.
-        object_ids: ids of those that are objects.
+    """How deep two things are inside each other (0 or less where nothing touches), their names, and the ids of those
+    that are objects.
     """
 
     depth_m: float
@@ -94,14 +91,12 @@ def deepest_overlap(world: World) -> Overlap:
     worst = int(np.argmin(contact.dist))
     a, b = (world.body_name_of_geom(int(g)) for g in contact.geom[worst])
     labels = world.geom_labels[contact.geom[worst]]
-    return Overlap(-float(contact.dist[worst]), (a, b), tuple(int(k) for k in labels if k >= 0))
+    return Overlap(-float(contact.dist[worst]), (a, b), tuple(labels[labels >= 0].tolist()))
 
 
 def lies_on(world: World) -> frozenset[tuple[int, int]]:
-    """Return all pairs (upper, lower) of objects in the scene where the lower bears the upper.
-
-    It must bear, by the upward part of the normal forces between the two, a tenth of the upper's weight or more. The
-    world is unchanged afterwards.
+    """Return all pairs (upper, lower) of objects in the scene where the lower bears a tenth of the upper's weight or
+    more, by the upward part of the normal forces between the two. The world is unchanged afterwards.
     """
     state = save_state(world)
     world.wake()  # between sleeping things there are no forces
@@ -119,11 +114,3 @@ def lies_on(world: World) -> frozenset[tuple[int, int]]:
     weights_n = model.body_mass[world.object_bodies] * np.linalg.norm(model.opt.gravity)
     pairs = np.argwhere(borne_n >= _BORNE_SHARE * weights_n[:, None])
     return frozenset((int(upper), int(lower)) for upper, lower in pairs)
-
-
-def _subtree(model: mujoco.MjModel, root: int) -> list[int]:
-    inside = [root]
-    for body in range(root + 1, model.nbody):  # parents come before children
-        if model.body_parentid[body] in inside:
-            inside.append(body)
-    return inside

@@ -17,6 +17,7 @@ from torc.errors import InputError, MissingDependencyError
 _LIBRARIES = ("egl", "osmesa", "glfw")
 BACKENDS = (*_LIBRARIES, "rays")
 """Ways to render: three GL libraries, and ray casting on the processor, which needs none."""
+_LIMIT_S = 120
 _REMEDY = "apt-get install libegl1 libopengl0 libgl1-mesa-dri   (or: apt-get install libosmesa6)"
 
 
@@ -74,6 +75,22 @@ def return_context(context: Any, backend: str, width: int, height: int) -> None:
         spare.append(context)
     else:
         context.free()
+
+
+def try_drawing() -> tuple[str, str]:
+    """Draw a picture as a trial draws, in a process of its own, since a failing GL library can take it along.
+
+    Returns the backend that could draw it, and ""; or "" and why none could.
+    """
+    command = [sys.executable, "-P", "-c", "from torc.sim.portraits import draw_one; draw_one()"]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, errors="replace", timeout=_LIMIT_S)
+    except subprocess.TimeoutExpired:
+        return "", f"no picture within {_LIMIT_S} s"
+    if done.returncode == 0:
+        return done.stdout.split()[-1], ""  # libraries may print, too
+    said = done.stderr.strip().splitlines()
+    return "", said[-1] if said else f"the process ended with {done.returncode}"
 
 
 def _works(backend: str) -> bool:

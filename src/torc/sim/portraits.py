@@ -1,10 +1,14 @@
-"""Draw single objects, each alone on the table, as portraits that fill the picture; check that they stand."""
+"""Draw single objects, each alone on the table, as portraits that fill the picture, and robots; check that objects
+stand.
+"""
 
-import mujoco
+import sys
+
 import numpy as np
 from jaxtyping import Float, UInt8
 from PIL import Image
 
+from torc.errors import TorcError
 from torc.geometry.extent import Extent, extent
 from torc.geometry.transforms import Pose, look_at, make_pose, rotation_about, rotation_from_wxyz
 from torc.objects.library import load_object
@@ -12,6 +16,7 @@ from torc.objects.models import ObjectModel
 from torc.problems.problem import ObjectPlacement, Problem
 from torc.records import TARGET_ID
 from torc.robots.description import RobotDescription
+from torc.sim.gl import gl_backend
 from torc.sim.rendering import CameraRenderer
 from torc.sim.settling import run
 from torc.sim.simulated_world import World, build_world
@@ -29,6 +34,8 @@ _FILL = 0.86
 _SUPERSAMPLING = 2
 _SHADOW_REACH_M = 0.4
 _STEADY_RAD, _STEADY_M = float(np.deg2rad(8.0)), 0.02
+_ROBOT_EYE_M, _ROBOT_FOV_RAD = (1.6, -2.0, 1.3), 0.85
+"""Position of the camera, relative to the middle between the table and the robot's base."""
 
 
 def portrait(model: ObjectModel, width: int = 300, height: int = 250) -> UInt8[np.ndarray, "h w 3"]:
@@ -36,8 +43,11 @@ def portrait(model: ObjectModel, width: int = 300, height: int = 250) -> UInt8[n
 
     Raises InputError for a model that MuJoCo does not accept.
     """
-    world = _alone(model, above_m=0.0, config=WorldConfig(shadow_size=2048))
-    _focus_shadow(world, _standing_at(model))
+    world = _alone(model, config=WorldConfig(shadow_size=2048))
+    # The shadow map covers the object's surroundings alone: sharp edges, no speckles.
+    light = world.model.light("key_light")
+    light.pos[:] = _standing_at(model, world.workspace) - 2.0 * light.dir
+    world.model.vis.map.shadowclip = _SHADOW_REACH_M / world.model.stat.extent
     mount = portrait_camera(model, _SUPERSAMPLING * width, _SUPERSAMPLING * height)
     with CameraRenderer(world, mount) as renderer:
         large = renderer.render_color()
@@ -51,8 +61,8 @@ def turn_table(
 
     Raises as `portrait`.
     """
-    world = _alone(model, above_m=0.0, config=WorldConfig())
-    center = _standing_at(model)
+    world = _alone(model)
+    center = _standing_at(model, world.workspace)
     mount = portrait_camera(model, side_px, side_px)
     pictures = []
     with CameraRenderer(world, mount) as renderer:
@@ -61,6 +71,19 @@ def turn_table(
             alpha = np.where(view.label_image == TARGET_ID, 255, 0).astype(np.uint8)
             pictures.append(np.dstack([view.rgb, alpha]))
     return tuple(pictures)
+
+
+def draw_one() -> None:
+    """Draw one object, and print the backend used; exit with the reason if that fails."""
+    try:
+        (picture,) = turn_table(load_object("mug_red"), sides=1)
+        backend = gl_backend()
+    except TorcError as error:
+        sys.exit(str(error))
+    shown = picture[picture[..., 3] > 0, :3]
+    if len(shown) == 0 or np.ptp(shown) < 10:
+        sys.exit("the picture is empty")
+    print(backend)
 
 
 def size_by_ruler(model: ObjectModel) -> Extent:
@@ -80,7 +103,7 @@ def stands(model: ObjectModel) -> bool:
 
     Raises InputError if MuJoCo does not accept it, and PhysicsError.
     """
-    world = _alone(model, above_m=0.001, config=WorldConfig())
+    world = _alone(model, above_m=0.001)
     before = world.positions[0]
     run(world, 1.0)
     up = rotation_from_wxyz(world.wxyz[0])[2, 2]
@@ -103,36 +126,8 @@ def portrait_camera(model: ObjectModel, width: int, height: int) -> CameraMount:
     # How far away the camera must be for each point to be within the picture, vertically and horizontally.
     nearer = points @ toward
     needs = [np.abs(points @ up) / half_height + nearer, np.abs(points @ right) / half_width + nearer]
-    center = _standing_at(model)
+    center = _standing_at(model, load_workspace())
     return CameraMount(look_at(center + np.max(needs) * toward, center), width, height, _FOV_RAD)
-
-
-def _alone(model: ObjectModel, above_m: float, config: WorldConfig) -> World:
-    """Build a world with the object in its natural pose in the middle of the table, or a little above it."""
-    x, y, z = (float(v) for v in _standing_at(model))
-    placement = ObjectPlacement("thing", model.name, (x, y, z + above_m), (1.0, 0.0, 0.0, 0.0))
-    problem = Problem("alone", "structured", "", "thing", (placement,))
-    return build_world(problem, None, load_workspace(), config, load_model=lambda _: model)
-
-
-def _standing_at(model: ObjectModel) -> Float[np.ndarray, "3"]:
-    """Return the position of the object's frame: in the middle of the table."""
-    workspace = load_workspace()
-    x, y, _ = workspace.table.center
-    return np.array([x, y, workspace.support_z_m + model.size_m[2] / 2])
-
-
-def _focus_shadow(world: World, center: Float[np.ndarray, "3"]) -> None:
-    """Limit the shadow map to the object's surroundings: sharp edges, no speckles."""
-    light = world.model.light("key_light")
-    light.pos[:] = center - 2.0 * light.dir
-    world.model.vis.map.shadowclip = _SHADOW_REACH_M / world.model.stat.extent
-
-
-_ROBOT_EYE_M, _ROBOT_FOV_RAD = (1.6, -2.0, 1.3), 0.85
-"""Position of the camera, relative to the middle between the table and the robot's base."""
-_ROBOT_WIDTH_PX, _ROBOT_HEIGHT_PX = 960, 720
-_ON_THE_TABLE = "mug_red"
 
 
 def robot_portrait(robot: RobotDescription, workspace: Workspace) -> UInt8[np.ndarray, "h w 3"]:
@@ -141,21 +136,34 @@ def robot_portrait(robot: RobotDescription, workspace: Workspace) -> UInt8[np.nd
     A robot without visible geoms shows its collision geoms. Raises InputError if the simulator does not accept the two
     together.
     """
-    x, y, _ = workspace.table.center
-    model = load_object(_ON_THE_TABLE)
-    center = (x, y, workspace.support_z_m + model.size_m[2] / 2)
-    mug = ObjectPlacement("thing", model.name, center, (1.0, 0.0, 0.0, 0.0))
-    world = build_world(Problem(robot.name, "structured", "", "thing", (mug,)), robot, workspace)
-    _show_what_collides(world.model, robot)
-    middle = (np.array(center) + robot.arm.T_world_base[:3, 3]) / 2
-    T_world_camera = look_at(middle + np.array(_ROBOT_EYE_M), middle)
-    mount = CameraMount(T_world_camera, _ROBOT_WIDTH_PX, _ROBOT_HEIGHT_PX, _ROBOT_FOV_RAD)
+    mug = load_object("mug_red")
+    world = _alone(mug, robot=robot, workspace=workspace)
+    model, roots = world.model, [world.model.body(name).id for name in robot.root_body_names]
+    own = np.isin(model.body_rootid[model.geom_bodyid], roots)
+    if not (own & (model.geom_group < COLLISION_GROUP)).any():
+        model.geom_group[own & (model.geom_group == COLLISION_GROUP)] = VISUAL_GROUP
+    middle = (_standing_at(mug, workspace) + robot.arm.T_world_base[:3, 3]) / 2
+    mount = CameraMount(look_at(middle + np.array(_ROBOT_EYE_M), middle), 960, 720, _ROBOT_FOV_RAD)
     with CameraRenderer(world, mount) as renderer:
         return renderer.render_color()
 
 
-def _show_what_collides(model: mujoco.MjModel, robot: RobotDescription) -> None:
-    roots = {model.body(name).id for name in robot.root_body_names}
-    own = np.isin(model.body_rootid[model.geom_bodyid], list(roots))
-    if not (own & (model.geom_group < COLLISION_GROUP)).any():
-        model.geom_group[own & (model.geom_group == COLLISION_GROUP)] = VISUAL_GROUP
+def _alone(
+    model: ObjectModel,
+    above_m: float = 0.0,
+    config: WorldConfig | None = None,
+    robot: RobotDescription | None = None,
+    workspace: Workspace | None = None,
+) -> World:
+    """Build a world with the object in its natural pose in the middle of the table, or a little above it."""
+    workspace = workspace or load_workspace()
+    x, y, z = (float(v) for v in _standing_at(model, workspace))
+    placement = ObjectPlacement("thing", model.name, (x, y, z + above_m), (1.0, 0.0, 0.0, 0.0))
+    problem = Problem("alone", "structured", "", "thing", (placement,))
+    return build_world(problem, robot, workspace, config, load_model=lambda _: model)
+
+
+def _standing_at(model: ObjectModel, workspace: Workspace) -> Float[np.ndarray, "3"]:
+    """Return the position of the object's frame in the middle of the table."""
+    x, y, _ = workspace.table.center
+    return np.array([x, y, workspace.support_z_m + model.size_m[2] / 2])

@@ -3,7 +3,9 @@
 Cameras are given in the OpenCV frame and are converted to MuJoCo's only here.
 """
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from typing import Self
 
 import mujoco
 import numpy as np
@@ -12,7 +14,6 @@ from jaxtyping import Float32, Int16, UInt8
 from torc.errors import InputError
 from torc.geometry.transforms import Pose
 from torc.records import BACKGROUND
-from torc.sim.closing import Closing
 from torc.sim.gl import BACKENDS, borrow_context, gl_backend, return_context
 from torc.sim.raycasting import cast, pixel_directions, shade
 from torc.sim.simulated_world import World
@@ -34,6 +35,20 @@ class View:
     rgb: UInt8[np.ndarray, "h w 3"]
     depth_m: Float32[np.ndarray, "h w"]
     label_image: Int16[np.ndarray, "h w"]
+
+
+class Closing(ABC):
+    """Close it, or use it in a `with` statement."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Free what it holds."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
 
 
 class CameraRenderer(Closing):
@@ -125,7 +140,10 @@ class _GlImages:
         self._draw(data, T_world_camera, numbers=True)
         mujoco.mjr_readPixels(rgb, z, self._rect, self._buffers)
         number = rgb[..., 0].astype(np.int32) + 256 * rgb[..., 1].astype(np.int32)
-        return self._geom_of_number()[number][::-1], _metric_depth(z)[::-1].copy()
+        # From a reversed depth buffer: 1 is the near plane, 0 the far plane.
+        depth = (_NEAR_M * _FAR_M) / (z.astype(np.float64) * (_FAR_M - _NEAR_M) + _NEAR_M)
+        depth[z <= 0] = 0.0
+        return self._geom_of_number()[number][::-1], depth.astype(np.float32)[::-1].copy()
 
     def close(self) -> None:
         if self._context is not None:
@@ -156,10 +174,3 @@ class _GlImages:
             if geom.segid >= 0 and geom.objtype == mujoco.mjtObj.mjOBJ_GEOM:
                 table[geom.segid + 1] = geom.objid
         return table
-
-
-def _metric_depth(z: Float32[np.ndarray, "h w"]) -> Float32[np.ndarray, "h w"]:
-    """Return depth from a reversed depth buffer (1 = near plane, 0 = far plane)."""
-    depth = (_NEAR_M * _FAR_M) / (z.astype(np.float64) * (_FAR_M - _NEAR_M) + _NEAR_M)
-    depth[z <= 0] = 0.0
-    return depth.astype(np.float32)

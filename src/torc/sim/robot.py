@@ -22,12 +22,10 @@ from torc.robots.description import RobotDescription
 from torc.robots.execution import ExecutionConfig, ExecutionTrace, Phase, PhaseTrace, execute_pick
 from torc.robots.protocols import Camera, HeldCheck
 from torc.sim.actuation import GripState, SimulatedArm, SimulatedGripper
-from torc.sim.closing import Closing
 from torc.sim.contacts import ContactReader
-from torc.sim.rendering import CameraRenderer, View
+from torc.sim.rendering import CameraRenderer, Closing, View
 from torc.sim.settling import SettleConfig
-from torc.sim.simulated_world import Presence, World
-from torc.sim.state import refresh, restore_state, save_state
+from torc.sim.simulated_world import Presence, World, refresh, restore_state, save_state
 from torc.sim.stepping import Observer, Stepper, StepperState
 from torc.sim.stereo_camera import StereoRig, stereo_pair
 

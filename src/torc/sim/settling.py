@@ -1,4 +1,4 @@
-"""Let objects come to rest, and pile them up."""
+"""Let objects come to rest, pile them up, and check whether a settled scene stays still."""
 
 from dataclasses import dataclass, replace
 
@@ -9,7 +9,7 @@ from jaxtyping import Float
 from torc.problems.problem import Problem
 from torc.sim.simulated_world import Presence, World, build_world
 from torc.sim.spec import WorldConfig
-from torc.sim.watchdog import Watchdog
+from torc.sim.stepping import Watchdog
 from torc.workspace.description import Box, Workspace
 
 UNSEEN = WorldConfig(surfaces=False)
@@ -18,6 +18,8 @@ COARSE = replace(UNSEEN, timestep_s=0.004, implicit=False)
 """For worlds in which objects are only piled up, let down, and tested for creeping: they cost half the computing time,
 and piles creep no less. Where numbers matter, a world like those of trials decides.
 """
+_CLEARANCE_M = 0.04
+"""An object of a pile is let go this far above everything else. More makes them bounce over the walls."""
 EASED_M, _EASING_STEPS = 0.002, 1000
 """Ordinary settling copes with objects that are inside each other by this much."""
 
@@ -26,7 +28,7 @@ EASED_M, _EASING_STEPS = 0.002, 1000
 class SettleConfig:
     """When a scene counts as settled: every object's linear + radius x angular speed stays below a limit for `quiet_s`.
 
-    Longer finds slower topples; for the slowest see `torc.sim.stillness`. The radius is a typical object's half size.
+    Longer finds slower topples; for the slowest see `watch_stillness`. The radius is a typical object's half size.
     """
 
     speed_m_s: float = 0.005
@@ -38,13 +40,8 @@ class SettleConfig:
 
 @dataclass(frozen=True)
 class SettleReport:
-    """The result of settling.
-
-    Attributes:
-        settled: every object on the table came to rest within the limit.
-        duration_s: simulated time it took.
-        max_speed_m_s: the fastest object's speed at the end.
-        left: ids of the objects that are no longer on the table.
+    """Whether all on the table came to rest within the limit, the time it took, the fastest object's speed at the end,
+    and the ids of the objects that are no longer on the table.
     """
 
     settled: bool
@@ -59,15 +56,12 @@ class DumpConfig:
 
     Attributes:
         walls_size_m: inner lengths of the temporary walls along x and y; without walls, every third object is lost.
-        clearance_m: how far above everything else the next object is let go. More makes them bounce over the walls.
         places: how many places are tried for each object; it is let go above the one where it comes lowest, so that
             it falls least and the pile grows in layers. With one it is let go above all others, wherever they lie.
     """
 
     center_xy: tuple[float, float] = (0.65, -0.12)
     walls_size_m: tuple[float, float] = (0.42, 0.46)
-    walls_height_m: float = 0.6
-    clearance_m: float = 0.04
     interval_s: float = 0.3
     places: int = 1
 
@@ -123,13 +117,8 @@ def dump(
 ) -> tuple[Problem, SettleReport]:
     """Make an unstructured pile of the problem's objects, whatever their poses were.
 
-    They are let go in a random order and orientation between temporary walls, which are then removed.
-
-    Returns:
-        The problem with settled poses, and the report of settling without walls.
-
-    Raises:
-        PhysicsError: the simulation broke.
+    They are let go in a random order and orientation between temporary walls, which are then removed. Returns the
+    problem with settled poses, and the report of settling without walls. Raises PhysicsError.
     """
     config = config or DumpConfig()
     world_config = world_config or UNSEEN
@@ -155,7 +144,6 @@ def run(world: World, seconds: float, check_s: float = 0.05) -> None:
 
 
 def _watch(world: World) -> Watchdog:
-    """Return a watchdog that has checked once."""
     watchdog = Watchdog(world)
     world.update_position_stage()
     watchdog.check()
@@ -169,28 +157,20 @@ def _pose_above(
     radii = np.array([0.5 * float(np.linalg.norm(model.size_m)) for model in world.models])
     half = np.maximum(0.5 * np.array(config.walls_size_m) - radii[object_id], 0.0)
     places = config.center_xy + rng.uniform(-1, 1, (config.places, 2)) * half
-    below = _tops(world, radii, places, radii[object_id] if config.places > 1 else np.inf)
+    # How high the highest thing reaches below each place, with objects as spheres.
+    centers, reach = world.positions[world.present], radii[world.present]
+    apart = np.linalg.norm(places[:, None] - centers[None, :, :2], axis=2)
+    near = apart < reach + (radii[object_id] if config.places > 1 else np.inf)
+    tops = np.where(near, centers[:, 2] + reach, -np.inf).max(axis=1, initial=-np.inf)
+    below = np.maximum(tops, world.workspace.support_z_m)
     lowest = int(np.argmin(below))
     q = rng.standard_normal(4)
-    z = below[lowest] + radii[object_id] + config.clearance_m
+    z = below[lowest] + radii[object_id] + _CLEARANCE_M
     return np.array([*places[lowest], z]), q / np.linalg.norm(q)
 
 
-def _tops(
-    world: World, radii: Float[np.ndarray, "n"], places: Float[np.ndarray, "m 2"], radius_m: float
-) -> Float[np.ndarray, "m"]:
-    """Return how high the highest thing reaches within a radius of each place, with objects as spheres."""
-    present = world.present
-    centers, reach = world.positions[present], radii[present]
-    apart = np.linalg.norm(places[:, None] - centers[None, :, :2], axis=2)
-    near = apart < reach + radius_m
-    tops = np.where(near, centers[:, 2] + reach, -np.inf)
-    return np.maximum(tops.max(axis=1, initial=-np.inf), world.workspace.support_z_m)
-
-
 def _walls(workspace: Workspace, config: DumpConfig) -> tuple[Box, ...]:
-    """Return four thick walls around the pile."""
-    (x, y), (lx, ly), h, t = config.center_xy, config.walls_size_m, config.walls_height_m, 0.1
+    (x, y), (lx, ly), h, t = config.center_xy, config.walls_size_m, 0.6, 0.1
     z = workspace.support_z_m + h / 2
     return (
         Box("pen_front", (x - lx / 2 - t / 2, y, z), (t, ly + 2 * t, h)),
@@ -201,20 +181,90 @@ def _walls(workspace: Workspace, config: DumpConfig) -> tuple[Box, ...]:
 
 
 def ease_apart(world: World) -> tuple[float, float]:
-    """Push overlapping objects apart until ordinary settling copes with the deepest overlap, and set nothing in motion.
-
-    All are stopped after every time step. Returns how deep the deepest two bodies were inside each other before and
+    """Push overlapping objects apart until ordinary settling copes with the deepest overlap, and set nothing in motion:
+    all are stopped after every time step. Returns how deep the deepest two bodies were inside each other before and
     after, metres.
     """
+
+    def deepest_m() -> float:
+        return float(np.max(-world.data.contact.dist, initial=0.0))
+
     world.update_position_stage()
-    before, steps = _deepest_m(world), 0
-    while _deepest_m(world) > EASED_M and steps < _EASING_STEPS:
+    before, steps = deepest_m(), 0
+    while deepest_m() > EASED_M and steps < _EASING_STEPS:
         mujoco.mj_step(world.model, world.data)
         world.data.qvel[:] = 0.0
         steps += 1
     world.update_position_stage()
-    return before, _deepest_m(world)
+    return before, deepest_m()
 
 
-def _deepest_m(world: World) -> float:
-    return float(np.max(-world.data.contact.dist, initial=0.0))
+@dataclass(frozen=True)
+class StillnessConfig:
+    """When a scene counts as still.
+
+    Attributes:
+        distance_m, angle_rad: no object may move or turn further from where it was at the start.
+        early_s: after this time the watch ends as soon as every object's motion so far, plus `safety` times the
+            expected rest at the pace of the last `pace_s`, is within the limits.
+    """
+
+    distance_m: float = 0.002
+    angle_rad: float = float(np.deg2rad(2.0))
+    seconds: float = 10.0
+    check_s: float = 0.25
+    early_s: float = np.inf
+    pace_s: float = 1.0
+    safety: float = 3.0
+
+
+@dataclass(frozen=True)
+class StillnessReport:
+    """A scene left to itself: how far each object moved and turned (0 if not present), and which left the table."""
+
+    still: bool
+    watched_s: float
+    distances_m: Float[np.ndarray, "n"]
+    angles_rad: Float[np.ndarray, "n"]
+    left: tuple[int, ...]
+
+    @property
+    def distance_m(self) -> float:
+        return float(self.distances_m.max(initial=0.0))
+
+    @property
+    def angle_rad(self) -> float:
+        return float(self.angles_rad.max(initial=0.0))
+
+
+def watch_stillness(world: World, config: StillnessConfig | None = None) -> StillnessReport:
+    """Run a world until an object has moved too far, or the time is up. Raises PhysicsError."""
+    config = config or StillnessConfig()
+    began, positions, wxyz, on_table = world.time_s, world.positions, world.wxyz, set(world.on_table())
+    limits = np.array([config.distance_m, config.angle_rad])
+    every = max(1, round(config.pace_s / config.check_s))
+    history = [np.zeros((2, world.object_count))]
+    watched = 0.0
+    still, left = True, tuple[int, ...]()
+    while still and watched < config.seconds - 1e-9:
+        run(world, min(config.check_s, config.seconds - watched))
+        watched += min(config.check_s, config.seconds - watched)
+        moved = _moved(world, positions, wxyz)
+        left = tuple(sorted(on_table - set(world.on_table())))
+        still = bool((moved <= limits[:, None]).all()) and not left
+        history.append(moved)
+        if watched >= config.early_s and len(history) > every:
+            pace = np.abs(moved - history[-1 - every]).max(axis=1) / config.pace_s
+            expected = moved.max(axis=1) + config.safety * pace * (config.seconds - watched)
+            if (expected <= limits).all():
+                break
+    world.update_position_stage()
+    return StillnessReport(still, world.time_s - began, history[-1][0], history[-1][1], left)
+
+
+def _moved(
+    world: World, positions: Float[np.ndarray, "n 3"], wxyz: Float[np.ndarray, "n 4"]
+) -> Float[np.ndarray, "2 n"]:
+    cosine = np.clip(np.abs(np.sum(world.wxyz * wxyz, axis=1)), 0.0, 1.0)
+    moved = np.stack([np.linalg.norm(world.positions - positions, axis=1), 2.0 * np.arccos(cosine)])
+    return np.where(world.present, moved, 0.0)

@@ -1,4 +1,7 @@
-"""The simulated world: a MuJoCo model and its state, with the objects' ids."""
+"""The simulated world: a MuJoCo model and its state, with the objects' ids.
+
+A state is saved and restored bit for bit. `SimulatedRobot.save` covers what a robot in the world remembers besides.
+"""
 
 from collections.abc import Callable
 from enum import IntEnum
@@ -19,7 +22,11 @@ from torc.workspace.description import Box, Workspace
 
 _PARKING_M = np.array([-60.0, -60.0, 40.0])
 _PARKING_STEP_M = 2.0
+_PARTS = int(mujoco.mjtState.mjSTATE_INTEGRATION)
+_WARNINGS = int(mujoco.mjtWarning.mjNWARNING)
 _OVERHANG_M = 0.03
+_AWAKE = -1 - mujoco.mjMINAWAKE
+"""Value of `tree_asleep`: awake, and as many steps of rest away from sleep as possible."""
 _BELOW_M = 0.05
 
 
@@ -63,9 +70,8 @@ class World:
         robot_dofs = np.ones(model.nv, dtype=bool)
         robot_dofs[self._qvel_at.ravel()] = False
         self.robot_dofs: Int[np.ndarray, d] = np.flatnonzero(robot_dofs)
-        self.geom_labels: Int16[np.ndarray, g] = _label_geoms(
-            model, (*workspace.static_boxes(), *extra), self.object_bodies
-        )
+        boxes = (*workspace.static_boxes(), *extra)
+        self.geom_labels: Int16[np.ndarray, g] = _label_geoms(model, boxes, self.object_bodies)
         self.presence: UInt8[np.ndarray, n] = np.zeros(len(names), np.uint8)
         if robot is not None:
             _rest_robot(model, self.data, robot)
@@ -75,17 +81,14 @@ class World:
 
     @property
     def object_count(self) -> int:
-        """Number of objects in the problem."""
         return len(self.object_bodies)
 
     @property
     def time_s(self) -> float:
-        """Simulated time."""
         return float(self.data.time)
 
     @property
     def present(self) -> Bool[np.ndarray, "n"]:
-        """Which objects are still in the scene."""
         return self.presence == Presence.PRESENT
 
     @property
@@ -120,7 +123,7 @@ class World:
 
     def wake(self) -> None:
         """End the sleep of all objects: they may have lost their support."""
-        wake_all(self.model, self.data)
+        _put_to_sleep(self.model, self.data, np.full(self.model.ntree, _AWAKE))
 
     def on_table(self) -> tuple[int, ...]:
         """Return ids of the objects still on the table, rising: centre above it, or up to 3 cm beyond."""
@@ -131,8 +134,7 @@ class World:
 
     def off_table(self) -> tuple[int, ...]:
         """Return ids of the objects in the scene that left the table, rising."""
-        on_table = set(self.on_table())
-        return tuple(i for i in np.flatnonzero(self.present).tolist() if i not in on_table)
+        return tuple(np.setdiff1d(np.flatnonzero(self.present), self.on_table()).tolist())
 
     def in_bin(self) -> tuple[int, ...]:
         """Return ids of the objects in the scene whose centre is within the bin, up to 5 cm above its rim."""
@@ -154,7 +156,6 @@ class World:
         self.presence[object_id] = presence
 
     def unpark(self, object_id: int, position: np.ndarray, wxyz: np.ndarray) -> None:
-        """Put a parked object back into the scene."""
         self.set_object_pose(object_id, position, wxyz)
         self.data.xfrc_applied[self.object_bodies[object_id]] = 0.0
         self.presence[object_id] = Presence.PRESENT
@@ -192,16 +193,8 @@ def build_world(
 ) -> World:
     """Build the world of a problem at its first state: objects where the problem puts them, the arm at rest.
 
-    Args:
-        problem: the objects.
-        robot: None is faster, for settling.
-        workspace: table, bin and camera.
-        config: physics and looks.
-        extra: further fixed boxes.
-        load_model: returns the model of a name.
-
-    Raises:
-        InputError: too many objects, a problem of another workspace, or a model that MuJoCo does not accept.
+    Without a robot it is faster, for settling. `extra` are further fixed boxes; `load_model` returns a name's model.
+    Raises InputError for too many objects, a problem of another workspace, or a model that MuJoCo does not accept.
     """
     if (n := len(problem.ordered())) > MAX_OBJECTS:
         raise InputError(f"{problem.name}: {n} objects; at most {MAX_OBJECTS} are possible.")
@@ -234,27 +227,59 @@ def _rest_robot(model: mujoco.MjModel, data: mujoco.MjData, robot: RobotDescript
 def _label_geoms(
     model: mujoco.MjModel, boxes: tuple[Box, ...], object_bodies: Int[np.ndarray, "n"]
 ) -> Int16[np.ndarray, "g"]:
-    labels = np.full(model.ngeom, ROBOT, np.int16)
     background = {"floor", "bin_stand", *(b.name for b in boxes)}
-    for geom in range(model.ngeom):
-        name = model.geom(geom).name
-        if name in background or name.startswith(("leg_", "room_")):
-            labels[geom] = BACKGROUND
+    names = [model.geom(geom).name for geom in range(model.ngeom)]
+    is_background = [name in background or name.startswith(("leg_", "room_")) for name in names]
+    labels = np.where(is_background, BACKGROUND, ROBOT).astype(np.int16)
     for object_id, body in enumerate(object_bodies):
         labels[model.geom_bodyid == body] = object_id
     return labels
 
 
-AWAKE = -1 - mujoco.mjMINAWAKE
-"""Value of `tree_asleep`: awake, and as many steps of rest away from sleep as possible."""
+def save_state(world: World) -> Float[np.ndarray, "s"]:
+    """Return everything that decides the world's future, as one array: MuJoCo's integration state, each object's
+    Presence, MuJoCo's counts of warnings, by which the watchdog detects a diverged simulation, and what sleeps.
+    """
+    state = np.empty(mujoco.mj_stateSize(world.model, _PARTS))
+    mujoco.mj_getState(world.model, world.data, state, _PARTS)
+    warnings = [float(warning.number) for warning in world.data.warning]
+    asleep = world.data.tree_asleep.astype(float)
+    return np.concatenate([state, world.presence.astype(float), warnings, asleep])
 
 
-def wake_all(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    """End the sleep of everything."""
-    put_to_sleep(model, data, np.full(model.ntree, AWAKE))
+def refresh(world: World) -> None:
+    """Forget how the world got into its state, so that it continues as a restored copy would.
+
+    If objects may sleep, MuJoCo remembers more of that.
+    """
+    restore_state(world, save_state(world))
 
 
-def put_to_sleep(model: mujoco.MjModel, data: mujoco.MjData, tree_asleep: Int[np.ndarray, "t"]) -> None:
+def restore_state(world: World, state: Float[np.ndarray, "s"]) -> None:
+    """Restore a state saved from this world, or from one built alike, maybe in another process.
+
+    Raises InputError for a state of another size.
+    """
+    size = mujoco.mj_stateSize(world.model, _PARTS)
+    ends = np.cumsum([size, world.object_count, _WARNINGS, world.model.ntree])
+    if state.shape != (ends[-1],):
+        raise InputError(
+            f"The state has {state.shape} numbers, this world needs {ends[-1]}: "
+            "it was saved from a world with other objects or another robot."
+        )
+    mujoco.mj_resetData(world.model, world.data)
+    mujoco.mj_setState(world.model, world.data, np.ascontiguousarray(state[:size]), _PARTS)
+    world.presence[:] = state[size : ends[1]].astype(np.uint8)
+    for warning, number in zip(world.data.warning, state[ends[1] : ends[2]], strict=True):
+        warning.number = int(number)
+    # Nothing is computed for sleeping bodies: their poses have to be up to date before.
+    world.wake()
+    world.update_position_stage()
+    _put_to_sleep(world.model, world.data, state[ends[2] :].astype(int))
+    world.update_position_stage()
+
+
+def _put_to_sleep(model: mujoco.MjModel, data: mujoco.MjData, tree_asleep: Int[np.ndarray, "t"]) -> None:
     """Set what sleeps and what is awake, as `data.tree_asleep` was read from a world built alike.
 
     Positions must be up to date. Derived values are set as `mj_updateSleep` does.
@@ -263,16 +288,13 @@ def put_to_sleep(model: mujoco.MjModel, data: mujoco.MjData, tree_asleep: Int[np
     tree_awake = data.tree_asleep < 0
     data.tree_awake[:], data.ntree_awake = tree_awake, int(tree_awake.sum())
     moving = model.body_treeid >= 0
-    data.body_awake[moving] = np.where(
-        tree_awake[model.body_treeid[moving]],
-        int(mujoco.mjtSleepState.mjS_AWAKE),
-        int(mujoco.mjtSleepState.mjS_ASLEEP),
-    )
-    computed = data.body_awake != int(mujoco.mjtSleepState.mjS_ASLEEP)
+    yes, no = int(mujoco.mjtSleepState.mjS_AWAKE), int(mujoco.mjtSleepState.mjS_ASLEEP)
+    data.body_awake[moving] = np.where(tree_awake[model.body_treeid[moving]], yes, no)
+    computed = data.body_awake != no
     data.nbody_awake = _list(data.body_awake_ind, np.flatnonzero(computed))
     parents = 1 + np.flatnonzero(computed[model.body_parentid[1:]])
     data.nparent_awake = _list(data.parent_awake_ind, parents)
-    awake = moving & (data.body_awake == int(mujoco.mjtSleepState.mjS_AWAKE))
+    awake = moving & (data.body_awake == yes)
     data.nv_awake = _list(data.dof_awake_ind, np.flatnonzero(awake[model.dof_bodyid]))
 
 

@@ -6,12 +6,20 @@ from functools import cache
 import mujoco
 import numpy as np
 
-from torc.objects.models import ObjectModel, VisualMesh
+from torc.objects.models import ObjectModel
 from torc.problems.problem import Problem
 from torc.robots.description import RobotDescription
 from torc.workspace.description import Box, Workspace
 
 VISUAL_GROUP, COLLISION_GROUP = 1, 3
+_ROOM = (
+    Box("room_front", (2.65, 0.0, 1.5), (0.1, 5.2, 3.0)),
+    Box("room_left", (1.6, 2.65, 1.5), (2.2, 0.1, 3.0)),
+    Box("room_right", (1.6, -2.65, 1.5), (2.2, 0.1, 3.0)),
+)
+"""The room in front of the robot. Without it the camera looks into the sky, where it has no reading, and the air above
+the table would never be seen free.
+"""
 
 
 @dataclass(frozen=True)
@@ -58,10 +66,7 @@ def build_spec(
     config: WorldConfig,
     extra: tuple[Box, ...] = (),
 ) -> mujoco.MjSpec:
-    """Build the whole world: robot (if any), floor, table, bin, further boxes, the problem's objects at their poses.
-
-    models[i] is the model of object id i.
-    """
+    """Build the whole world; models[i] is the model of object id i."""
     spec = mujoco.MjSpec()
     spec.modelname = "torc"
     if robot is not None:
@@ -71,19 +76,16 @@ def build_spec(
     _set_options(spec, config, sleeping=config.sleeping and robot is not None)
     _set_looks(spec, workspace, config)
     _add_static(spec, workspace, extra)
-    known: set[str] = set()
+    for model in {model.name: model for model in models}.values():
+        _add_assets(spec, model, config)
     for object_id, (placement, model) in enumerate(zip(problem.ordered(), models)):
         body = spec.worldbody.add_body(name=object_body_name(object_id))
         body.pos, body.quat = list(placement.position), list(placement.wxyz)
-        if model.name not in known:
-            known.add(model.name)
-            _add_assets(spec, model, config)
         _add_object(body, object_body_name(object_id), model, config)
     return spec
 
 
 def object_body_name(object_id: int) -> str:
-    """Return the name of an object's body."""
     return f"object_{object_id}"
 
 
@@ -134,12 +136,11 @@ def _add_static(spec: mujoco.MjSpec, workspace: Workspace, extra: tuple[Box, ...
         geom.condim, geom.friction = 4, [0.8, 0.005, 0.0005]
         geom.material = wood if box is workspace.table else gray
     wall = _add_material(spec, "wall", None, (0.93, 0.92, 0.89, 1.0))
-    room = _room()
-    for boxes, material in ((_supports(workspace), dark), (room, wall)):
+    for boxes, material in ((_supports(workspace), dark), (_ROOM, wall)):
         for box in boxes:
             geom = _add_box(spec, box)
             geom.contype, geom.conaffinity, geom.group, geom.material = 0, 0, VISUAL_GROUP, material
-            geom.castshadow = boxes is not room
+            geom.castshadow = boxes is not _ROOM
 
 
 def _add_box(spec: mujoco.MjSpec, box: Box) -> mujoco.MjsGeom:
@@ -147,20 +148,7 @@ def _add_box(spec: mujoco.MjSpec, box: Box) -> mujoco.MjsGeom:
     return spec.worldbody.add_geom(name=box.name, type=kind, pos=list(box.center), size=half)
 
 
-def _room() -> list[Box]:
-    """Return the room in front of the robot.
-
-    Without it the camera looks into the sky, where it has no reading, and the air above the table would never be seen
-    free.
-    """
-    return [
-        Box("room_front", (2.65, 0.0, 1.5), (0.1, 5.2, 3.0)),
-        Box("room_left", (1.6, 2.65, 1.5), (2.2, 0.1, 3.0)),
-        Box("room_right", (1.6, -2.65, 1.5), (2.2, 0.1, 3.0)),
-    ]
-
-
-def _supports(workspace: Workspace) -> list[Box]:
+def _supports(workspace: Workspace) -> tuple[Box, ...]:
     """Return legs of the table and the stand of the bin: visible, not touchable."""
     (x, y, z), (lx, ly, lz) = workspace.table.center, workspace.table.size
     leg, height = 0.06, z - lz / 2
@@ -171,7 +159,7 @@ def _supports(workspace: Workspace) -> list[Box]:
     ]
     (bx, by, bz), (sx, sy, _) = workspace.bin.center, workspace.bin.inner_size
     top = bz - 2 * workspace.bin.wall_m
-    return [*legs, Box("bin_stand", (bx, by, top / 2), (0.6 * sx, 0.6 * sy, top))]
+    return *legs, Box("bin_stand", (bx, by, top / 2), (0.6 * sx, 0.6 * sy, top))
 
 
 def _add_object(body: mujoco.MjsBody, name: str, model: ObjectModel, config: WorldConfig) -> None:
@@ -206,24 +194,20 @@ def _add_assets(spec: mujoco.MjSpec, model: ObjectModel, config: WorldConfig) ->
             mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX
     for i, visual in enumerate(model.visuals if config.surfaces else ()):
         name = f"{model.name}_visual_{i}"
-        _add_surface(spec, name, visual)
+        mesh = spec.add_mesh(name=name)
+        mesh.uservert = _four_rows(visual.vertices)
+        mesh.userface = visual.faces.astype(np.int32).ravel()
+        if visual.uv is not None:
+            mesh.usertexcoord = _four_rows(visual.uv)
+        if visual.normals is not None:
+            mesh.usernormal = _four_rows(visual.normals)
+        # A visual surface may be open; the mass comes from the contact pieces.
+        mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
         _add_material(spec, name, visual.texture, visual.rgba, specular=0.25, shininess=0.4)
 
 
-def _add_surface(spec: mujoco.MjSpec, name: str, visual: VisualMesh) -> None:
-    mesh = spec.add_mesh(name=name)
-    mesh.uservert = _four_rows(visual.vertices)
-    mesh.userface = visual.faces.astype(np.int32).ravel()
-    if visual.uv is not None:
-        mesh.usertexcoord = _four_rows(visual.uv)
-    if visual.normals is not None:
-        mesh.usernormal = _four_rows(visual.normals)
-    # A visual surface may be open; the mass comes from the contact pieces.
-    mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
-
-
 def _four_rows(rows: np.ndarray) -> np.ndarray:
-    """Flatten the rows; MuJoCo wants four vertices even for a single triangle, so the last one is repeated."""
+    """Flatten rows, repeating the last: MuJoCo wants four vertices even for a single triangle."""
     return np.pad(rows.astype(np.float32), ((0, max(0, 4 - len(rows))), (0, 0)), mode="edge").ravel()
 
 

@@ -13,8 +13,7 @@ from jaxtyping import UInt8
 from torc.episode import video
 from torc.episode.pick_view import POINT_UNIT_M, PickView
 from torc.io.pictures import jpeg_bytes
-from torc.sim.closing import Closing
-from torc.sim.rendering import CameraRenderer
+from torc.sim.rendering import CameraRenderer, Closing
 from torc.sim.simulated_world import World
 
 MOUNT = replace(video.MOUNT, width=560, height=420)

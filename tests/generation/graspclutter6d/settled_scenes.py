@@ -3,7 +3,7 @@
 from tests.helpers.graspclutter6d_tree import upright, write_tree
 from torc.generation.graspclutter6d.placing import ImportConfig, settle_scene
 from torc.generation.graspclutter6d.reading import read_scene
-from torc.sim.stillness import StillnessConfig
+from torc.sim.settling import StillnessConfig
 
 OBJECTS = (
     upright(17, 0.0, 0.0, 0.3),

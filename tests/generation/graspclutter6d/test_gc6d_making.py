@@ -11,7 +11,7 @@ from torc.generation.graspclutter6d.making import ImportRequest, run_import
 from torc.generation.graspclutter6d.placing import ImportConfig
 from torc.problems.problem import load_problem
 from torc.robots.loading import load_robot
-from torc.sim.stillness import StillnessConfig
+from torc.sim.settling import StillnessConfig
 
 SPREAD = (upright(17, 0.0, 0.0, 0.3), upright(48, 0.10, 0.05), upright(56, -0.10, 0.02, 1.0))
 CANS = (upright(44, 0.0, 0.0), upright(44, 0.1, 0.0), upright(44, 0.0, 0.1), upright(17, 0.1, 0.12))

@@ -31,7 +31,7 @@ def problem_name(scene: int, target: str) -> str:
 
 
 def how_imported(scene: int, config: ImportConfig) -> dict[str, Scalar]:
-    """Return entries of a problem's `origin`: which scene it is, and how it was imported."""
+    """Return entries of a problem's `origin`."""
     how = {name: getattr(config, name) for name in ("annotation", "camera", "placement")}
     return {"source": "GraspClutter6D", "scene": scene, **how}
 
@@ -44,15 +44,9 @@ def make_problem(
     category: Category | None = None,
     facts: dict[str, Scalar] | None = None,
 ) -> Problem:
-    """Return the problem of retrieving one object of a settled scene.
+    """Return the problem of retrieving one object of a settled scene, of which the robot sees a share at first.
 
-    Args:
-        scene: the scene.
-        target: the object's name.
-        in_sight: share of it that the robot sees at first, 0..1.
-        config: how the scene was imported.
-        category: replaces the authors' label.
-        facts: further entries of `origin`.
+    `category` replaces the authors' label; `facts` are further entries of `origin`.
     """
     label, by = category or published_category(scene.number), BY_USER if category else "the authors' label"
     model = next(o.model for o in scene.problem.objects if o.name == target)
@@ -86,9 +80,8 @@ def find_target(scene: SettledScene, wanted: str) -> str:
             f"Scene {scene.number} has no object {wanted}. It has: {', '.join(scene.annotated)}."
         )
     if len(names) > 1:
-        raise InputError(
-            f"Scene {scene.number} has object {wanted} {len(names)} times: say which: {', '.join(names)}."
-        )
+        times = f"{len(names)} times: say which: {', '.join(names)}"
+        raise InputError(f"Scene {scene.number} has object {wanted} {times}.")
     if names[0] in scene.fell:
         raise InputError("the target fell off the table while settling")
     return names[0]
@@ -145,8 +138,7 @@ class ImportRequest:
         wanted: dict[int, list[str | None]] = {}
         for problem in paper_problems():
             wanted.setdefault(problem.scene, []).append(problem.target)
-        strange = [str(scene) for scene in self.scenes if scene not in wanted]
-        if strange:
+        if strange := [str(scene) for scene in self.scenes if scene not in wanted]:
             known = ", ".join(map(str, wanted))
             raise InputError(
                 f"The paper has no problem in scene {', '.join(strange)}; its scenes are {known}."
@@ -156,12 +148,8 @@ class ImportRequest:
 
 @dataclass(frozen=True)
 class Attempt:
-    """The outcome for one requested problem: the problem and its file, or the reason why there is none.
-
-    Attributes:
-        there: an earlier call made it.
-        in_sight: how much of the target is visible at first.
-        fell: objects that fell off the table.
+    """The outcome for one requested problem: the problem and its file, or the reason why there is none; whether an
+    earlier call made it, how much of the target is in sight at first, and which objects fell off the table.
     """
 
     scene: int
@@ -184,17 +172,8 @@ def run_import(
 ) -> list[Attempt]:
     """Make the requested problems and save them, one file each, named like the problem.
 
-    A scene that cannot be read or settled does not stop the others.
-
-    Args:
-        request: what to import.
-        inspector: looks at scenes with the system that has to solve them.
-        out: the directory of the problem files.
-        overwrite: replace problems of an earlier call; otherwise they are kept.
-        say: called with lines about the progress.
-
-    Raises:
-        InputError: the request is inconsistent, its root is wrong, or `out` cannot be written.
+    A scene that cannot be read or settled does not stop the others. Problems of an earlier call are kept, unless
+    `overwrite`. Raises InputError if the request is inconsistent, its root is wrong, or `out` cannot be written.
     """
     wanted = request.wanted()
     check_root(request.root)
@@ -203,13 +182,10 @@ def run_import(
         out.mkdir(parents=True, exist_ok=True)
         for scene, targets in wanted.items():
             # Checked before the work of settling, so that an interrupted run quickly catches up.
-            kept = [] if overwrite else [_kept(request, inspector, scene, t, out) for t in targets]
-            there = {t: a for t, a in zip(targets, kept) if a}
-            attempts += there.values()
-            for attempt in _attempts(request, scene, [t for t in targets if t not in there], inspector, say):
-                if attempt.problem is not None:
-                    attempt = _saved(attempt, attempt.problem, out, overwrite)
-                attempts.append(attempt)
+            kept = {t: None if overwrite else _kept(request, inspector, scene, t, out) for t in targets}
+            attempts += filter(None, kept.values())
+            new = _attempts(request, scene, [t for t in targets if not kept[t]], inspector, say)
+            attempts += [_saved(attempt, out, overwrite) for attempt in new]
     except OSError as error:
         raise InputError(f"Cannot write {out}: {error.strerror}. Choose another --out.") from None
     return attempts
@@ -218,7 +194,6 @@ def run_import(
 def _attempts(
     request: ImportRequest, scene: int, targets: list[str | None], inspector: Inspector, say: Say
 ) -> list[Attempt]:
-    """Make one attempt at each problem of a scene."""
     if not targets:
         return []
     try:
@@ -242,8 +217,10 @@ def _attempts(
     return attempts
 
 
-def _saved(attempt: Attempt, problem: Problem, out: Path, overwrite: bool) -> Attempt:
-    """Return the attempt with its problem's file, which is written unless an equal problem is there."""
+def _saved(attempt: Attempt, out: Path, overwrite: bool) -> Attempt:
+    """Return the attempt with its problem's file, if it has one, which is written unless an equal problem is there."""
+    if (problem := attempt.problem) is None:
+        return attempt
     file = out / f"{problem.name}.yaml"
     if file.exists() and not overwrite:
         with suppress(InputError):

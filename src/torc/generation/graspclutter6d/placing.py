@@ -1,13 +1,13 @@
 """An annotated scene, put on our table and brought to rest; or the reason why it does not come to rest."""
 
-from collections.abc import Callable, Iterable, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
-from torc.errors import InputError, PhysicsError, UnknownNameError
+from torc.errors import InputError, PhysicsError
 from torc.generation.graspclutter6d.reading import (
     ANNOTATION,
     CAMERA,
@@ -16,15 +16,22 @@ from torc.generation.graspclutter6d.reading import (
     object_words,
 )
 from torc.geometry.transforms import Pose, invert, transform_points, wxyz_from_rotation
-from torc.objects.importing.mesh import MeshImport, MeshOptions, read_mesh
+from torc.objects.importing.mesh import MeshOptions, read_mesh
 from torc.objects.importing.storing import add_object
 from torc.objects.library import find_stored, load_stored, store_directories
 from torc.objects.models import ObjectModel
 from torc.objects.object_files import load_source
 from torc.problems.problem import ObjectPlacement, Problem
-from torc.sim.settling import EASED_M, SettleConfig, ease_apart, settle, with_poses_of
+from torc.sim.settling import (
+    EASED_M,
+    SettleConfig,
+    StillnessConfig,
+    ease_apart,
+    settle,
+    watch_stillness,
+    with_poses_of,
+)
 from torc.sim.simulated_world import Presence, World, build_world
-from torc.sim.stillness import StillnessConfig, watch_stillness
 from torc.workspace.workspace_files import load_workspace
 
 LICENCE = "GraspClutter6D, CC-BY-SA-4.0"
@@ -41,13 +48,7 @@ _FOLDERS = {
 
 @dataclass(frozen=True, eq=False)
 class ConvertedObject:
-    """An object of the data set as one of ours.
-
-    Attributes:
-        model: the model.
-        T_object_mesh: pose of the mesh frame in the model frame, metres.
-        notes: changes to the mesh and oddities, if it was converted just now.
-    """
+    """An object of the data set as one of ours; with changes to the mesh and oddities, if it was converted just now."""
 
     model: ObjectModel
     T_object_mesh: Pose
@@ -68,29 +69,18 @@ def find_mesh(root: Path, object_id: int) -> tuple[Path, float]:
     )
 
 
-def model_name(object_id: int) -> str:
-    """Return the name of an object in the store: gc6d_000017."""
-    return f"gc6d_{object_id:06d}"
-
-
-def check_meshes(root: Path, object_ids: Iterable[int]) -> None:
-    """Raise InputError for an object that is neither in the store nor has a mesh; convert nothing."""
-    for object_id in object_ids:
-        if find_stored(model_name(object_id)) is None:
-            find_mesh(root, object_id)
-
-
 def convert_object(root: Path, object_id: int, words: str, say: Callable[[str], None]) -> ConvertedObject:
     """Return an object of the data set (1..200) from the store, or convert and store it, which takes up to a minute.
 
     `words` describe it. Raises InputError if it has no usable mesh, or the store holds another object of that name, and
     MissingDependencyError without the extra `import`.
     """
-    name, notes = model_name(object_id), tuple[str, ...]()
+    name, notes = f"gc6d_{object_id:06d}", tuple[str, ...]()
     stored = find_stored(name)
     if stored is None:
         say(f"converting {name}: {words}")
-        found = _read(*find_mesh(root, object_id), name, words)
+        path, unit_m = find_mesh(root, object_id)
+        found = read_mesh(path, MeshOptions(name=name, description=words, scale=unit_m))
         add_object(found, note=LICENCE)
         stored, notes = store_directories()[0] / name, found.notes
     source = load_source(stored)
@@ -101,18 +91,8 @@ def convert_object(root: Path, object_id: int, words: str, say: Callable[[str], 
     return ConvertedObject(load_stored(stored), source.T_object_mesh, notes)
 
 
-def _read(path: Path, unit_m: float, name: str, words: str) -> MeshImport:
-    """Read the mesh in its folder's unit, or in the other one if only that gives a possible size."""
-    try:
-        return read_mesh(path, MeshOptions(name=name, description=words, scale=unit_m))
-    except InputError as error:
-        with suppress(InputError):
-            other_m = 1.0 if unit_m != 1.0 else 1e-3
-            return read_mesh(path, MeshOptions(name=name, description=words, scale=other_m))
-        raise error from None
-
-
-PLACEMENTS = {
+Placement = Literal["torc", "paper"]
+PLACEMENTS: Mapping[Placement, tuple[float, float, float]] = {
     # Where the arm reaches best; the fall is short, so that standing objects stay upright.
     "torc": (0.65, -0.12, 0.005),
     # Like the retrieval paper's converter: make_mjcf.py in
@@ -123,8 +103,6 @@ PLACEMENTS = {
 """Place of the bounding box of a whole scene: x and y of its middle in the world, and the height of its lower side
 above the table, since the annotated heights are only good to centimetres; metres.
 """
-_ALONE = "nothing stands around a target: choose another scene"
-
 Say = Callable[[str], None]
 
 
@@ -136,28 +114,18 @@ class ImportConfig:
     `patience` times in all.
     """
 
-    placement: str = "torc"
+    placement: Placement = "torc"
     annotation: int = ANNOTATION
     camera: str = CAMERA
     settle: SettleConfig = field(default_factory=lambda: SettleConfig(limit_s=10.0))
     still: StillnessConfig = field(default_factory=lambda: StillnessConfig(early_s=2.0))
     patience: int = 8
 
-    def __post_init__(self) -> None:
-        if self.placement not in PLACEMENTS:
-            raise UnknownNameError("placement", self.placement, list(PLACEMENTS))
-
 
 @dataclass(frozen=True)
 class SettledScene:
-    """A scene at rest on our table.
-
-    Attributes:
-        number: its number.
-        problem: the remaining objects, as a problem whose target is only a stand-in.
-        annotated: where the annotation had put all objects, by name.
-        fell: objects that fell off the table.
-        notes: oddities, for people.
+    """A scene at rest on our table: the remaining objects, as a problem whose target is only a stand-in; where the
+    annotation had put all, by name; those that fell off the table; and oddities, for people.
     """
 
     number: int
@@ -176,10 +144,7 @@ def settle_scene(
     used, the scene does not come to rest, or fewer than two objects are left.
     """
     config = config or ImportConfig()
-    if len(scene.objects) < 2:
-        raise InputError(f"it has one object only, so {_ALONE}")
     ids = list(dict.fromkeys(o.object_id for o in scene.objects))
-    check_meshes(root, ids)
     objects = {i: convert_object(root, i, object_words(i), say) for i in ids}
     placements = place_objects(scene, objects, config.placement)
     raw = Problem(f"gc6d-{scene.number}", "unstructured", "", placements[0].name, placements)
@@ -194,7 +159,8 @@ def settle_scene(
     fell = tuple(o.name for o in placements if o.name not in on_table)
     if len(on_table) < 2:
         raise InputError(
-            f"{len(fell)} of {len(placements)} objects fell off the table, so {_ALONE} or --placement"
+            f"only {len(on_table)} of {len(placements)} objects stay on the table, so nothing stands around a target: "
+            "choose another scene or --placement"
         )
     rest = tuple(o for o in with_poses_of(world).objects if o.name in on_table)
     annotated = {o.name: o for o in placements}
@@ -209,7 +175,7 @@ def settle_scene(
 
 
 def place_objects(
-    scene: AnnotatedScene, objects: Mapping[int, ConvertedObject], placement: str
+    scene: AnnotatedScene, objects: Mapping[int, ConvertedObject], placement: Placement
 ) -> tuple[ObjectPlacement, ...]:
     """Place the scene's objects (by object id) in the world, in file order: turned as annotated, moved as a whole."""
     converted = [objects[o.object_id] for o in scene.objects]

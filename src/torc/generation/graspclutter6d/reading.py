@@ -19,15 +19,7 @@ from pathlib import Path
 from typing import Annotated, Any, cast
 
 import numpy as np
-from pydantic import (
-    AfterValidator,
-    BaseModel,
-    Field,
-    FiniteFloat,
-    TypeAdapter,
-    ValidationError,
-    field_validator,
-)
+from pydantic import AfterValidator, BaseModel, Field, FiniteFloat, TypeAdapter, ValidationError
 
 from torc.errors import InputError, UnknownNameError
 from torc.geometry.transforms import Pose, make_pose
@@ -43,7 +35,6 @@ ANNOTATION, CAMERA = 3, "realsense-d435"
 """The picture from which the retrieval paper's authors took their scenes."""
 MAX_ID = 999_999
 _MAX_BYTES = 32_000_000
-_MIN_DISTANCE_M, _MAX_DISTANCE_M = 0.05, 10.0
 _ROUNDING, _NO_ROTATION = 1e-6, 0.02
 """Deviations of R R^T from the identity: above the first a rotation is made exact, above the second it is refused."""
 
@@ -80,14 +71,6 @@ class _Picture(BaseModel):
     scene_camera: _CameraEntry
     scene_gt: Annotated[list[_ObjectEntry], Field(min_length=1, max_length=MAX_OBJECTS)]
 
-    @field_validator("scene_gt")
-    @classmethod
-    def _in_millimetres(cls, objects: list[_ObjectEntry]) -> list[_ObjectEntry]:
-        distance_mm = float(np.median([np.linalg.norm(o.cam_t_m2c) for o in objects]))
-        if not 1000 * _MIN_DISTANCE_M < distance_mm < 1000 * _MAX_DISTANCE_M:
-            raise ValueError(f"the objects are {distance_mm:.3g} mm from the camera; are these millimetres?")
-        return objects
-
 
 def _pose(rotation: list[float], translation_mm: list[float]) -> Pose:
     return make_pose(np.reshape(rotation, (3, 3)), np.array(translation_mm) / 1000.0)
@@ -95,12 +78,9 @@ def _pose(rotation: list[float], translation_mm: list[float]) -> Pose:
 
 @dataclass(frozen=True)
 class SceneObject:
-    """One object of a scene.
+    """One object of a scene: which of the 200, and its number among equal ones, from 0, in file order.
 
-    Attributes:
-        object_id: which of the 200.
-        instance: its number among equal ones, from 0, in file order, which is all that distinguishes them.
-        T_table_mesh: pose of the mesh frame in the table's: z up, the origin wherever the data set has it.
+    The table's frame has z up, and its origin wherever the data set has it.
     """
 
     object_id: int
@@ -115,8 +95,6 @@ class SceneObject:
 
 @dataclass(frozen=True)
 class AnnotatedScene:
-    """A scene as annotated."""
-
     number: int
     objects: tuple[SceneObject, ...]
 
@@ -192,9 +170,6 @@ def _pictures(path: Path) -> dict[int, Any]:
         ) from None
 
 
-LABELLED_SCENES = 1000
-
-
 @dataclass(frozen=True)
 class PaperProblem:
     """One of the 40 problems of the retrieval paper: the authors' label, the scene's number, and the target, e.g.
@@ -215,14 +190,16 @@ def paper_problems() -> tuple[PaperProblem, ...]:
 
 def published_category(scene: int) -> Category:
     """Return the authors' handmade label of a scene. Raises InputError outside the data set's 1000."""
-    if not 0 <= scene < LABELLED_SCENES:
+    if not 0 <= scene < 1000:
         raise InputError(f"Scene {scene} has no published label. Give --category.")
-    return "structured" if scene in _structured_scenes() else "unstructured"
+    structured = (int(word) for line in _lines("structured_scenes.txt") for word in line.split())
+    return "structured" if scene in structured else "unstructured"
 
 
 def object_words(object_id: int) -> str:
     """Return an object in words: "the can of peaches", or "object 42 of GraspClutter6D"."""
-    name = _object_names().get(object_id)
+    names = (row["name"] for row in csv.DictReader(_lines("object_names.csv")) if int(row["id"]) == object_id)
+    name = next(names, "")
     return f"the {name}" if name else f"object {object_id} of GraspClutter6D"
 
 
@@ -234,16 +211,6 @@ def parse_object_name(text: str) -> tuple[int, int | None]:
             f"'{text[:60]}' is no object of a scene. Write 44_1 or {object_stem(44)}_1 (object, instance)."
         )
     return int(found.group(1)), None if found.group(2) is None else int(found.group(2))
-
-
-@cache
-def _structured_scenes() -> frozenset[int]:
-    return frozenset(int(word) for line in _lines("structured_scenes.txt") for word in line.split())
-
-
-@cache
-def _object_names() -> dict[int, str]:
-    return {int(row["id"]): row["name"] for row in csv.DictReader(_lines("object_names.csv"))}
 
 
 def _lines(name: str) -> list[str]:

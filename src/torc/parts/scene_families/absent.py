@@ -6,9 +6,8 @@ from torc.generation.config import Hiddenness, Reason, RejectedError
 from torc.generation.families import SceneFamily
 from torc.generation.inspection import Inspector
 from torc.problems.problem import Problem
-from torc.sim.settling import UNSEEN
+from torc.sim.settling import UNSEEN, StillnessConfig, watch_stillness
 from torc.sim.simulated_world import build_world
-from torc.sim.stillness import StillnessConfig, watch_stillness
 
 
 class Absent(SceneFamily):

@@ -3,7 +3,7 @@
 from torc.generation.inspection import Inspector
 from torc.parts.scene_families.absent import Absent
 from torc.problems.problem import Problem
-from torc.sim.stillness import StillnessConfig
+from torc.sim.settling import StillnessConfig
 
 
 class AbsentTwin(Absent):

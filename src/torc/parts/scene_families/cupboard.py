@@ -9,7 +9,7 @@ from torc.generation.arrangements import StructuredConfig
 from torc.generation.config import Hiddenness, Reason
 from torc.generation.families import SceneFamily, hiders
 from torc.generation.inspection import Inspector, SceneView
-from torc.generation.shelves import sample_sorted, sort_of
+from torc.generation.sampling import sample_sorted, sort_of
 
 
 class Cupboard(SceneFamily):

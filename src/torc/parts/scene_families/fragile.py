@@ -10,9 +10,8 @@ from torc.generation.config import Reason
 from torc.generation.families import SceneFamily, before
 from torc.generation.inspection import Inspector, SceneView
 from torc.problems.problem import Problem
-from torc.sim.settling import COARSE
+from torc.sim.settling import COARSE, StillnessConfig, watch_stillness
 from torc.sim.simulated_world import build_world
-from torc.sim.stillness import StillnessConfig, watch_stillness
 
 FALLS = StillnessConfig(distance_m=0.02, angle_rad=float(np.deg2rad(15)), seconds=1.5)
 """An object that moves further than this once another one is gone was held up by it."""

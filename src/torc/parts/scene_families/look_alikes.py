@@ -11,7 +11,7 @@ from torc.generation.inspection import Inspector, SceneView
 from torc.objects.library import load_object
 from torc.objects.names import SUFFIX, marked_description
 from torc.problems.problem import Problem
-from torc.sim.stillness import StillnessConfig
+from torc.sim.settling import StillnessConfig
 
 COPIES = 3
 LARGE_ENOUGH_M = 0.05

@@ -15,8 +15,8 @@ import tyro
 from torc import Conditions, InputError
 from torc.cli.commands import Group
 from torc.cli.options import check_picture_name
-from torc.cli.printing import print_json, printable, tell
 from torc.cli.pages import PageOptions, check_web_libraries
+from torc.cli.printing import print_json, printable, tell
 from torc.registry.settings import Settings
 from torc.specs.conditions import DEFAULT_WORKSPACE
 

@@ -6,8 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 
 from torc import PlanningContext
 from torc.episode.privileged import Sandbox, Truth
-from torc.oracle.ideal import MAX_PICKS, best_hold
-from torc.oracle.solve import options_of
+from torc.oracle.solve import MAX_PICKS, best_hold, options_of
 from torc.records import TARGET_ID
 from torc_next_object.making.pricing import NEVER, Price, price_of
 from torc_next_object.making.valuing import Gone, Seen

@@ -14,8 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from torc import PlanningContext
-from torc.oracle.ideal import MAX_PICKS, best_hold
-from torc.oracle.solve import options_of
+from torc.oracle.solve import MAX_PICKS, best_hold, options_of
 from torc.pipeline.better_bet import BetConfig
 from torc.records import TARGET_ID
 

@@ -17,7 +17,7 @@ from torc.episode.steps import EpisodeConfig
 from torc.episode.trial import situation_of
 from torc.io.pictures import jpeg_bytes
 from torc.objects.library import load_object
-from torc.oracle.ideal import MAX_PICKS
+from torc.oracle.solve import MAX_PICKS
 from torc.pipeline.building import System, build_system
 from torc.problems.problem import problem_text
 from torc.records import TARGET_ID

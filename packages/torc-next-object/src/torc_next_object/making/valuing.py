@@ -2,7 +2,7 @@
 
 The value is privileged: it knows what hides the target. The choice is tried once, with the grasp that is shown. If it
 fails, the best choice at any look follows; else the cheapest order that a search finds. There a pick costs its object's
-price (`pricing`), removes it and does nothing else (`torc.oracle.ideal`). An object without a grasp is a wasted pick.
+price (`pricing`), removes it and does nothing else (`torc.oracle.solve`). An object without a grasp is a wasted pick.
 
 The interval of a value has two parts. p(hold) may be off, equally in every pick of the order. And the search is
 bounded: no order that was not looked at can be below the low end, if its remaining picks, at least the target's, never
@@ -15,7 +15,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from torc.oracle.ideal import MAX_PICKS
+from torc.oracle.solve import MAX_PICKS
 from torc.records import TARGET_ID
 from torc_next_object.making.pricing import NEVER, Price, Try
 

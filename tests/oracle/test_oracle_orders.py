@@ -6,8 +6,7 @@ from dataclasses import replace
 import pytest
 
 from torc.errors import InputError
-from torc.generation.oracle_orders import ORDER_KEY, OracleOrder, orders_from, stated_order
-from torc.oracle.answer import ForeseenPick, OracleAnswer
+from torc.oracle.answer import ORDER_KEY, ForeseenPick, OracleAnswer, OracleOrder, orders_from, stated_order
 from torc.problems.problem import load_problem
 from torc.records import TARGET_ID, PickOutcome, PickResult
 

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from tools.ideal import Retrieval, after, looks_of, retrieve, shortest
 from torc.episode.privileged import open_sandbox
 from torc.episode.steps import EpisodeConfig
-from torc.oracle.ideal import MAX_PICKS, Retrieval, after, best_hold, looks_of, retrieve, shortest
+from torc.oracle.solve import MAX_PICKS, best_hold
 from torc.pipeline.building import build_system
 from torc.problems.problem import load_problem
 from torc.records import TARGET_ID, Decision, GraspStatus

@@ -7,11 +7,10 @@ import numpy as np
 
 from torc.episode.privileged import Sandbox
 from torc.oracle.promise import rough_plans
-from torc.oracle.solve import options_of
-from torc.records import TARGET_ID, GraspStatus, PlanningContext
+from torc.oracle.solve import MAX_PICKS, best_hold, options_of
+from torc.records import TARGET_ID, PlanningContext
 from torc.task_planning.protocol import TaskPlanner
 
-MAX_PICKS = 15
 _LEAST_P = 0.05
 Look = Callable[[Collection[int]], PlanningContext]
 """Returns the look when these objects are gone, all of them taken without a failure."""
@@ -65,13 +64,6 @@ def after(found: Retrieval, context: PlanningContext, chosen: int) -> Retrieval:
     """Return the retrieval with one more object, taken at this look."""
     tries = found.tries + 1 / max(best_hold(context, chosen), _LEAST_P)
     return Retrieval((*found.order, chosen), tries, chosen == TARGET_ID)
-
-
-def best_hold(context: PlanningContext, object_id: int) -> float:
-    """Return the probability that the object's best valid grasp holds; 0 if there is none."""
-    valid = context.report.status == GraspStatus.VALID
-    scores = context.grasps.scores[valid & (context.grasps.object_ids == object_id)]
-    return float(scores.max(initial=0.0))
 
 
 def shortest(look: Look, most_looks: int) -> int | None:
