@@ -234,8 +234,8 @@ def _completed(rows) -> list[dict]:
 
 def play(problem: str, planner: str, seed: int, out: Path, vlm: str | None = None) -> str:
     """Run one trial, with a planner that asks this VLM if one is named; returns a line that says how it went."""
-    from torc.episode.trial import run_trial
     from torc.specs.trial import TrialSpec
+    from torc.trials.trial import run_trial
     from torc.vlm.config import VlmConfig, parse_vlm
 
     config = None if vlm is None else VlmConfig(*parse_vlm(vlm))

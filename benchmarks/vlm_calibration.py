@@ -52,10 +52,10 @@ class Args:
 def gather(problem: str, seed: int, path: Path) -> str:
     """Play a trial of RANDOM, and keep the situations in which it decides."""
     from torc.episode.privileged import Simulation
-    from torc.episode.trial import Situations, run_trial
     from torc.specs.trial import TrialSpec
     from torc.task_planning.random_choice import RandomPlanner
     from torc.task_planning.relations import find_relations
+    from torc.trials.trial import Situations, run_trial
     from torc.vlm.select import grasp_facts
 
     class Watcher(RandomPlanner):

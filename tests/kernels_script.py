@@ -13,9 +13,7 @@ from tests.helpers.fake_episode import FakeRobot
 from tests.helpers.kernels import all_signatures, compiled_since
 from torc.brain import FrameDecider, load_frame
 from torc.episode.loop import Episode
-from torc.episode.pick_view import view_of
 from torc.episode.steps import EpisodeConfig
-from torc.episode.trial import run_trial
 from torc.motion.sampling_planner import SamplingMotionPlanner
 from torc.perception.protocol import Wanted
 from torc.pipeline.building import System, build_pipeline
@@ -26,6 +24,8 @@ from torc.specs.conditions import Conditions
 from torc.specs.trial import TrialSpec
 from torc.task_planning.checked_decisions import rehearse_planner
 from torc.testing.synthetic import random_clutter, synthetic_capture
+from torc.trials.pick_view import view_of
+from torc.trials.trial import run_trial
 from torc.workspace.workspace_files import load_workspace
 
 

@@ -41,6 +41,7 @@ ORDER = [
     # Nothing that decides knows the simulation.
     "sim",
     "episode",
+    "trials",
     "oracle",
     "gym_env",
     "exports",

@@ -7,12 +7,12 @@ import pytest
 
 from tests.helpers.fake_trial import play_fake_trial
 from torc.benchmark.reading import read_table
-from torc.episode.recorded import read_trial
 from torc.pipeline.planners import make_planner
 from torc.problems.problem import load_problem, problem_text
 from torc.robots.loading import load_robot
 from torc.robots.names import DATA
 from torc.specs.trial import TrialSpec
+from torc.trials.recorded import read_trial
 from torc.vlm.prompt_files import load_prompt, shipped_prompt
 from torc.workspace.workspace_files import EXAMPLE, load_workspace
 

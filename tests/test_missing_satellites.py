@@ -12,7 +12,6 @@ from torc.benchmark.reading import read_table
 from torc.benchmark.report.pages import Section
 from torc.benchmark.report.writing import _registered_sections, write_report
 from torc.benchmark.rows import REAL
-from torc.episode.recorded import read_trial
 from torc.errors import MissingDependencyError, PartError
 from torc.pipeline.planners import make_planner
 from torc.registry.kinds import KINDS
@@ -20,6 +19,7 @@ from torc.registry.loading import load_part
 from torc.satellites import SATELLITES
 from torc.specs.conditions import Conditions
 from torc.specs.trial import PlannerSpec, TrialSpec
+from torc.trials.recorded import read_trial
 from torc.web.shelf import Shelf
 
 COMMANDS = [(name, s.extra) for s in SATELLITES for name in s.commands]

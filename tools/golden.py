@@ -93,7 +93,7 @@ def differences(kept: Any, now: Any, place: str = "") -> Iterator[str]:
 
 def _play(one: tuple[str, str, str]) -> list[Any]:
     """The lines of a trial's log, and what stands in its result.json."""
-    from torc.episode.trial import run_trial
+    from torc.trials.trial import run_trial
 
     planner, perception, problem = one
     vlm = VlmConfig("simulated", "paper") if planner.startswith("vlm") else None

@@ -20,9 +20,6 @@ if TYPE_CHECKING:
     from torc.brain import Grasp as Grasp
     from torc.brain import decide_frame as decide_frame
     from torc.brain import load_frame as load_frame
-    from torc.episode.recorded import read_trial as read_trial
-    from torc.episode.trial import Trial as Trial
-    from torc.episode.trial import run_trial as run_trial
     from torc.errors import InputError as InputError
     from torc.errors import TorcError as TorcError
     from torc.perception.protocol import Wanted as Wanted
@@ -44,6 +41,9 @@ if TYPE_CHECKING:
     from torc.specs.trial import PlannerSpec as PlannerSpec
     from torc.specs.trial import TrialSpec as TrialSpec
     from torc.task_planning.graph_building import build_dependency_graph as build_dependency_graph
+    from torc.trials.recorded import read_trial as read_trial
+    from torc.trials.trial import Trial as Trial
+    from torc.trials.trial import run_trial as run_trial
     from torc.verbs import Episode as Episode
     from torc.verbs import bench as bench
     from torc.verbs import play as play
@@ -57,8 +57,8 @@ _HOMES = {
     for module, names in {
         "torc.benchmark.rows": "Table",
         "torc.brain": "Answer Grasp decide_frame load_frame",
-        "torc.episode.recorded": "read_trial",
-        "torc.episode.trial": "Trial run_trial",
+        "torc.trials.recorded": "read_trial",
+        "torc.trials.trial": "Trial run_trial",
         "torc.errors": "InputError TorcError",
         "torc.perception.protocol": "Wanted",
         "torc.pipeline.frames": "save_frame",

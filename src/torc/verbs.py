@@ -20,11 +20,8 @@ from torc.benchmark.rows import Table
 from torc.benchmark.spec import BenchPlanner, find_around, find_planner, find_problems, make_spec
 from torc.benchmark.store import TRIAL, Store
 from torc.episode.events import Decided, Ended, Started
-from torc.episode.log import EndedLine, EventLine
-from torc.episode.recorder import TrialLog
 from torc.episode.simulated import episode_in, simulated_robot
 from torc.episode.steps import EpisodeConfig
-from torc.episode.trial import Recording, Trial, run_trial
 from torc.errors import InputError, UnknownNameError
 from torc.io.digests import part_source
 from torc.pipeline.building import build_system
@@ -37,6 +34,9 @@ from torc.records import Decision, PickOutcome, PlanningContext
 from torc.specs.conditions import Conditions
 from torc.specs.trial import PlannerSpec, TrialSpec
 from torc.task_planning.protocol import TaskPlanner
+from torc.trials.log import EndedLine, EventLine
+from torc.trials.recorder import TrialLog
+from torc.trials.trial import Recording, Trial, run_trial
 from torc.vlm.config import VlmConfig, parse_vlm
 
 Planner = str | TaskPlanner | Callable[[], TaskPlanner]

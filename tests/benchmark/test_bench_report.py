@@ -14,7 +14,7 @@ from torc.benchmark.report import figures, tables, writing
 from torc.benchmark.report.cells import words
 from torc.benchmark.report.writing import write_report
 from torc.benchmark.rows import Table
-from torc.episode.viewer_links import trial_link
+from torc.trials.viewer_links import trial_link
 from torc.web.shelf import Shelf
 
 pytest.importorskip("matplotlib", reason="the extra 'report' is not installed")

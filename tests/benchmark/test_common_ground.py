@@ -9,9 +9,9 @@ from torc.benchmark.reading import comparable, read_table
 from torc.benchmark.report.ranking import rank, rank_on_common_ground, verdict
 from torc.benchmark.report.tables import ranking_table, references_table
 from torc.benchmark.rows import Table, TrialRow
-from torc.episode.trial import run_trial
 from torc.records import Decision
 from torc.specs.trial import TrialSpec
+from torc.trials.trial import run_trial
 
 HARD, EASY = [[12, 13]] * 6, [[2, 3]] * 6
 

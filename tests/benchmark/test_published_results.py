@@ -7,7 +7,7 @@ import pytest
 from torc.benchmark.reading import read_table
 from torc.benchmark.report.ranking import rank
 from torc.benchmark.report.tables import comparison_table, measures_table, promises_table
-from torc.episode.recorded import read_trial
+from torc.trials.recorded import read_trial
 from torc.web.shelf import open_shelf
 
 ROOT = Path(__file__).parents[2]

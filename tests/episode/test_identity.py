@@ -6,13 +6,13 @@ import pytest
 from tests.helpers.fake_episode import FakeRobot, ScriptedPlanner, fake_system
 from torc.episode.events import Decided, Executed, Looked, Started
 from torc.episode.identity import MaskFaults, mask_faults, true_ids
-from torc.episode.log import line_of
 from torc.episode.loop import Episode, run_episode
 from torc.episode.steps import EpisodeConfig
 from torc.perception.protocol import Wanted
 from torc.pipeline.state import EndReason
 from torc.records import Observation, PickOutcome, PickResult
 from torc.testing.synthetic import SyntheticBox
+from torc.trials.log import line_of
 
 TALL = SyntheticBox(1, (0.58, -0.12, 1.12), (0.05, 0.06, 0.14))
 SIDE = SyntheticBox(2, (0.62, -0.30, 1.10), (0.05, 0.05, 0.10))

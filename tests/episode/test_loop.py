@@ -8,9 +8,7 @@ import pytest
 
 from tests.helpers.fake_episode import FakeRobot, ScriptedPlanner, fake_system
 from torc.episode.events import Ended, Looked, Started
-from torc.episode.log import TrialResult, line_of, result_facts, without_seconds
 from torc.episode.loop import Episode, run_episode
-from torc.episode.recorder import TrialRecorder
 from torc.episode.steps import EpisodeConfig
 from torc.errors import InputError
 from torc.io.record_files import load_record
@@ -19,6 +17,8 @@ from torc.pipeline.planners import make_planner
 from torc.pipeline.state import EndReason
 from torc.records import Capture, Decision, FeltOutcome, GraspStatus, PickOutcome, PickResult
 from torc.testing.synthetic import SyntheticBox
+from torc.trials.log import TrialResult, line_of, result_facts, without_seconds
+from torc.trials.recorder import TrialRecorder
 
 TALL = SyntheticBox(1, (0.58, -0.12, 1.15), (0.05, 0.14, 0.20))
 SIDE = SyntheticBox(2, (0.62, -0.30, 1.10), (0.05, 0.05, 0.10))

@@ -8,10 +8,8 @@ import pytest
 from tests.helpers.trial_logs import comparable_log
 from torc.episode import steps
 from torc.episode.events import Executed, Looked
-from torc.episode.log import line_of
 from torc.episode.privileged import Privileged, open_sandbox
 from torc.episode.steps import EpisodeConfig
-from torc.episode.trial import run_trial
 from torc.errors import InputError, UnknownNameError
 from torc.perception.checked_scenes import ask_camera
 from torc.pipeline.building import build_system
@@ -19,6 +17,8 @@ from torc.pipeline.planners import make_planner, refuse_simulated
 from torc.problems.problem import load_problem
 from torc.specs.conditions import Conditions
 from torc.specs.trial import TrialSpec
+from torc.trials.log import line_of
+from torc.trials.trial import run_trial
 
 PROBLEM, SEED, PICKS = "structured-04", 1, 2
 

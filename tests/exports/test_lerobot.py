@@ -9,12 +9,12 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from torc.episode.trajectory import CAMERA, FPS, TRAJECTORY, RecordedMotion
-from torc.episode.video import Mp4Writer
 from torc.errors import InputError
 from torc.exports.exporting import ExportSpec, export_trials
 from torc.exports.lerobot import CAMERA_KEY
 from torc.io.record_files import save_record
+from torc.trials.trajectory import CAMERA, FPS, TRAJECTORY, RecordedMotion
+from torc.trials.video import Mp4Writer
 
 SIZE = 64
 

@@ -10,7 +10,6 @@ from gymnasium.utils.env_checker import check_env
 
 from tests.helpers.fake_episode import FakeRobot, ScriptedPlanner
 from tests.helpers.fake_trial import SHAPES
-from torc.episode.trial import run_trial
 from torc.errors import InputError, PhysicsError
 from torc.gym_env.env import PER_OBJECT, RetrievalEnv, observed, stacked
 from torc.occlusion.volume import hidden_volumes_m3
@@ -18,6 +17,7 @@ from torc.records import MAX_OBJECTS, PickOutcome, PickResult
 from torc.specs.trial import TrialSpec
 from torc.task_planning.graph_building import build_dependency_graph
 from torc.testing.contexts import box, make_context
+from torc.trials.trial import run_trial
 
 HIDER, TARGET, BESIDE, NOBODY = 1, 0, 2, 63
 

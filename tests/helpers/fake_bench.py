@@ -24,14 +24,14 @@ from torc.benchmark.ray_pool import ray_pool
 from torc.benchmark.rows import PickRow, Table, TrialRow
 from torc.benchmark.spec import Around, BenchPlanner, BenchProblem, BenchSpec, make_spec
 from torc.benchmark.store import TRIAL, Store
-from torc.episode.log import RESULT_FORMAT
-from torc.episode.versions import versions
 from torc.io.digests import forget_files
 from torc.io.pictures import write_png
 from torc.io.results import write_json
 from torc.specs.conditions import Conditions
 from torc.specs.spec_files import to_plain
 from torc.specs.trial import PlannerSpec
+from torc.trials.log import RESULT_FORMAT
+from torc.trials.versions import versions
 
 
 class InlineBackend:

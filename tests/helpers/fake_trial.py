@@ -5,11 +5,8 @@ from pathlib import Path
 
 from tests.helpers.fake_episode import FakeRobot, fake_system
 from torc.episode.events import Listener, Started
-from torc.episode.log import RESULT_FORMAT, TrialResult, result_facts
 from torc.episode.loop import Episode, run_episode
-from torc.episode.recorder import TrialRecorder
 from torc.episode.steps import EpisodeConfig
-from torc.episode.trial import Trial
 from torc.perception.protocol import Wanted
 from torc.records import PickOutcome
 from torc.robots.loading import load_robot
@@ -17,6 +14,9 @@ from torc.specs.spec_files import to_plain
 from torc.specs.trial import TrialSpec
 from torc.task_planning.protocol import TaskPlanner
 from torc.testing.synthetic import Shape, SyntheticBox
+from torc.trials.log import RESULT_FORMAT, TrialResult, result_facts
+from torc.trials.recorder import TrialRecorder
+from torc.trials.trial import Trial
 
 SHAPES: tuple[Shape, ...] = (
     SyntheticBox(0, (0.66, -0.12, 1.08), (0.05, 0.05, 0.06)),

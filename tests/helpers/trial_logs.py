@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from torc.episode.log import without_seconds
+from torc.trials.log import without_seconds
 
 
 def comparable_log(directory: Path) -> list[dict[str, Any]]:

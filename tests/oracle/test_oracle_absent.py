@@ -3,12 +3,12 @@
 import pytest
 
 from torc.benchmark.reading import read_table
-from torc.episode.trial import run_trial
 from torc.oracle.solve import solve_problem
 from torc.pipeline.building import build_system
 from torc.problems.problem import ObjectPlacement, Problem, save_problem
 from torc.specs.conditions import Conditions
 from torc.specs.trial import TrialSpec
+from torc.trials.trial import run_trial
 
 UPRIGHT = (1.0, 0.0, 0.0, 0.0)
 MILK = ObjectPlacement("milk", "milk_carton_blue", (0.60, -0.09, 1.165), UPRIGHT)

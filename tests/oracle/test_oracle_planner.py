@@ -8,7 +8,6 @@ import pytest
 from torc.episode.events import Decided, Executed
 from torc.episode.privileged import SimulatedState
 from torc.episode.steps import EpisodeConfig
-from torc.episode.trial import run_trial
 from torc.errors import InputError
 from torc.occlusion.volume import empty_volume
 from torc.oracle.oracle_planner import OraclePlanner
@@ -23,6 +22,7 @@ from torc.sim.robot import RobotState
 from torc.specs.conditions import Conditions
 from torc.specs.trial import TrialSpec
 from torc.testing import contexts
+from torc.trials.trial import run_trial
 from torc.workspace.workspace_files import load_workspace
 
 PROBLEM = load_problem("structured-04")

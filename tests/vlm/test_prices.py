@@ -2,9 +2,9 @@
 
 import pytest
 
-from torc.episode.vlm_use import vlm_use
 from torc.errors import InputError
 from torc.records.evidence import ModelTry, Tokens
+from torc.trials.vlm_use import vlm_use
 from torc.vlm.price_files import FORMAT, parse_prices
 from torc.vlm.prices import Prices
 

@@ -13,10 +13,10 @@ from typing import Any
 
 from tests.helpers.fake_trial import SHAPES, play_fake_trial
 from torc.episode.events import Event, Planned
-from torc.episode.trial import Trial
 from torc.specs.conditions import Conditions
 from torc.specs.trial import TrialSpec
 from torc.testing.synthetic import Shape
+from torc.trials.trial import Trial
 from torc.web.app import Site, make_app
 from torc.web.frames import FrameBoard
 from torc.web.serving import listen, serving_app

@@ -6,9 +6,9 @@ import threading
 import pytest
 from page_server import Client, served
 
-from torc.episode.log import without_seconds
-from torc.episode.trial import Recording, run_trial
 from torc.specs.trial import TrialSpec
+from torc.trials.log import without_seconds
+from torc.trials.trial import Recording, run_trial
 from torc.web.frames import FrameBoard, RobotCamera
 from torc.web.serving import token_for
 from torc.web.session import Choice, HumanPlanner, Phase, Session

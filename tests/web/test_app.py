@@ -7,8 +7,6 @@ import pytest
 from page_server import Game
 
 from tests.helpers.fake_trial import play_fake_trial
-from torc.episode.recorded import BELIEF
-from torc.episode.viewer_links import REPORT, trial_key, trial_link
 from torc.errors import InputError
 from torc.io.results import write_json
 from torc.pipeline.building import sources
@@ -17,6 +15,8 @@ from torc.robots.schema import EXAMPLE
 from torc.specs.conditions import Conditions
 from torc.specs.spec_files import to_plain
 from torc.specs.trial import TrialSpec
+from torc.trials.recorded import BELIEF
+from torc.trials.viewer_links import REPORT, trial_key, trial_link
 from torc.web.session import Choice, Phase, Session
 from torc.web.shelf import make_queue
 

@@ -4,7 +4,7 @@ import pytest
 from page_server import Game
 
 from torc.drawing.label_places import mask_anchor
-from torc.episode.recorded import read_trial
+from torc.trials.recorded import read_trial
 
 pytestmark = pytest.mark.browser
 

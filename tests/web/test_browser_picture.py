@@ -4,8 +4,8 @@ import pytest
 from page_server import Game, served
 
 from tests.helpers.fake_trial import SHAPES
-from torc.episode.recorded import read_trial
 from torc.testing.synthetic import SyntheticBox
+from torc.trials.recorded import read_trial
 from torc.web.pick_page import find_tags
 from torc.web.session import Phase
 

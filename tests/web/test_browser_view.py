@@ -5,7 +5,7 @@ import json
 import pytest
 from page_server import served
 
-from torc.episode.viewer_links import trial_key
+from torc.trials.viewer_links import trial_key
 
 pytestmark = pytest.mark.browser
 

@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from torc.episode.recorded import read_trial
-from torc.episode.viewer_links import trial_key
 from torc.errors import InputError
 from torc.io.record_files import save_record
+from torc.trials.recorded import read_trial
+from torc.trials.viewer_links import trial_key
 from torc.web.app import thumbnail
 from torc.web.frames import pack_view
 from torc.web.pick_page import find_tags, pick_page, trial_page

@@ -9,8 +9,8 @@ from pathlib import Path
 from torc.benchmark.reading import read_tables
 from torc.benchmark.rows import TrialRow
 from torc.episode.held import SURE
-from torc.episode.recorded import RecordedPick, picks_of, read_events
 from torc.records import TARGET_ID
+from torc.trials.recorded import RecordedPick, picks_of, read_events
 
 _WENT_WELL = ("retrieved", "removed")
 

@@ -5,10 +5,10 @@ from dataclasses import replace
 import pytest
 
 from torc.episode.events import Started
-from torc.episode.log import line_of
 from torc.pipeline.building import build_system
 from torc.robots.execution import ExecutionConfig
 from torc.specs.conditions import Conditions
+from torc.trials.log import line_of
 from torc_lab.planning import WITHOUT_GUARD, guarded
 
 FEELS, NUMB = ExecutionConfig(), ExecutionConfig(free_guard=None, approach_guard=None)

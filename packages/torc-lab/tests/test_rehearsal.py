@@ -10,12 +10,12 @@ import pytest
 
 from test_lab_file import TEXT
 from torc.episode.events import Planned
-from torc.episode.recorded import read_events
 from torc.episode.simulated import pictured_target
 from torc.errors import InputError
 from torc.perception.protocol import Wanted
 from torc.problems.problem import load_problem
 from torc.specs.trial import PlannerSpec
+from torc.trials.recorded import read_events
 from torc_lab.checking import check_lab
 from torc_lab.lab_file import example_labs
 from torc_lab.retrieval import Operation, lab_spec, retrieve

@@ -12,12 +12,12 @@ from test_lab_robot import plan
 from test_supervisor import WIDE
 from tests.helpers.fake_trial import play_fake_trial
 from torc.episode.events import Planned
-from torc.episode.log import line_of
-from torc.episode.recorded import read_trial
 from torc.pipeline.planners import make_planner
 from torc.records import PickPlan
 from torc.robots.kinematics import tcp_pose
 from torc.specs.trial import TrialSpec
+from torc.trials.log import line_of
+from torc.trials.recorded import read_trial
 from torc.web.pick_page import pick_page
 from torc_lab.checks import limits_of
 from torc_lab.planning import MOTIONS, tcp_ways, ways_text

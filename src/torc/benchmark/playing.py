@@ -14,13 +14,13 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from torc.benchmark.local_pool import Backend, Task, Work
 from torc.benchmark.spec import BenchSpec, PlannedTrial, problem_fingerprint
 from torc.benchmark.store import OUTPUT, TRIAL, Store
-from torc.episode.log import TrialResult
-from torc.episode.trial import run_trial
 from torc.errors import InputError
 from torc.io.digests import part_source
 from torc.pipeline.building import sources
 from torc.pipeline.planners import load_planner
 from torc.problems.problem import load_problem
+from torc.trials.log import TrialResult
+from torc.trials.trial import run_trial
 from torc.vlm.cache import CacheConfig
 
 

@@ -16,8 +16,8 @@ from typing import Any
 
 import torc
 from torc.benchmark.local_pool import LocalPool, PoolConfig, Task
-from torc.episode.versions import versions
 from torc.errors import InputError
+from torc.trials.versions import versions
 
 CODE = "own-code"
 """The user's Python files, below Ray's working directory."""

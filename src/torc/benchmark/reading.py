@@ -10,13 +10,13 @@ from typing import Any
 
 from torc.benchmark.rows import REAL, TRIALS_FILE, PickRow, Table, TrialRow, participant_by_name, read_rows
 from torc.benchmark.store import TRIALS, WORK, Store
-from torc.episode.log import TrialResult
-from torc.episode.recorded import check_directory, picks_of, read_events, read_result, read_spec
-from torc.episode.versions import versions_text
 from torc.errors import InputError
 from torc.objects.library import object_facts
 from torc.problems.problem import Problem, load_problem
 from torc.specs.trial import TrialSpec
+from torc.trials.log import TrialResult
+from torc.trials.recorded import check_directory, picks_of, read_events, read_result, read_spec
+from torc.trials.versions import versions_text
 
 _MAX_CURRENCY, _MAX_DEPTH = 8, 6
 

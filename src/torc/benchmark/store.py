@@ -25,14 +25,14 @@ from pydantic import TypeAdapter
 import torc
 from torc.benchmark.local_pool import Failure
 from torc.benchmark.spec import Around, BenchPlanner, BenchProblem, BenchSpec, PlannedTrial, merged
-from torc.episode.log import RESULT_FORMAT, TrialResult
-from torc.episode.recorded import LOG, read_result
-from torc.episode.versions import versions
 from torc.errors import InputError
 from torc.io.reading import read_text
 from torc.io.results import try_lock, write_json
 from torc.problems.problem import Problem, save_problem
 from torc.specs.spec_files import to_plain
+from torc.trials.log import RESULT_FORMAT, TrialResult
+from torc.trials.recorded import LOG, read_result
+from torc.trials.versions import versions
 
 SPEC_FORMAT, _MANIFEST_FORMAT = "torc-bench/2", "torc-bench-manifest/1"
 _MANIFEST, _GIT_PATIENCE_S = "manifest.json", 10

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from torc.benchmark.local_pool import Backend
     from torc.benchmark.spec import BenchSpec, PlannedTrial
     from torc.benchmark.store import Store
-    from torc.episode.log import TrialResult
     from torc.problems.problem import Problem
+    from torc.trials.log import TrialResult
 
 
 @dataclass(frozen=True)
@@ -156,8 +156,8 @@ class BenchCommand:
     def _play(self, store: Store, spec: BenchSpec, problems: dict[str, Problem]) -> int:
         from torc.benchmark.playing import run_missing, shown
         from torc.benchmark.store import begin_call, calls, end_call
-        from torc.episode.versions import differing, versions, versions_text
         from torc.pipeline.warm_up import MESSAGE, kernel_cache
+        from torc.trials.versions import differing, versions, versions_text
 
         store.extend(spec, problems)
         left = len(store.left(spec))

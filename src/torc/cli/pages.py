@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from torc.cli.printing import split_names, tell
-from torc.episode.viewer_links import VIEWER_PORT
 from torc.errors import MissingDependencyError, extra_remedy
 from torc.specs.conditions import Conditions
+from torc.trials.viewer_links import VIEWER_PORT
 
 if TYPE_CHECKING:
-    from torc.episode.trial import Trial
     from torc.specs.trial import TrialSpec
+    from torc.trials.trial import Trial
     from torc.web.app import Site
     from torc.web.frames import FrameBoard
     from torc.web.session import Session
@@ -170,7 +170,7 @@ class HumanCommand:
         return 130 if queue.waiting() else 0
 
     def _play(self, spec: TrialSpec, out: Path, session: Session, board: FrameBoard | None) -> Trial:
-        from torc.episode.trial import Recording, run_trial
+        from torc.trials.trial import Recording, run_trial
         from torc.web.frames import RobotCamera
         from torc.web.session import HumanPlanner
 

@@ -41,7 +41,7 @@ class ReportCommand:
         import webbrowser
 
         from torc.benchmark.report.writing import track, write_report
-        from torc.episode.viewer_links import REPORT
+        from torc.trials.viewer_links import REPORT
 
         if self.gallery < 0:
             raise InputError("--gallery must be at least 0.")

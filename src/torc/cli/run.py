@@ -11,10 +11,10 @@ import tyro
 from torc.cli.options import VlmOptions
 from torc.cli.pages import PageOptions, check_web_libraries, served_page
 from torc.cli.printing import print_json
-from torc.episode.viewer_links import trial_key
 from torc.registry.settings import Settings
 from torc.specs.conditions import Conditions
 from torc.specs.trial import PlannerSpec, TrialSpec
+from torc.trials.viewer_links import trial_key
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ class RunCommand:
         from rich.markup import escape
 
         from torc.episode.progress import TerminalProgress
-        from torc.episode.trial import Recording, run_trial
+        from torc.trials.trial import Recording, run_trial
 
         console = Console(stderr=self.json)
         # On a terminal, a line that moves: compiling and the simulated motions take time.

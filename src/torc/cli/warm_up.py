@@ -14,7 +14,6 @@ class WarmUpCommand:
     """
 
     def run(self) -> int:
-        from torc.episode.pick_view import view_of
         from torc.episode.steps import pick_request
         from torc.pipeline.building import build_system
         from torc.pipeline.planners import make_planner
@@ -23,6 +22,7 @@ class WarmUpCommand:
         from torc.robots.names import robot_names
         from torc.specs.conditions import Conditions
         from torc.task_planning.checked_decisions import rehearse_planner
+        from torc.trials.pick_view import view_of
 
         begin, planners = time.monotonic(), ("dg-select", "belief", "learned")
         played = {robot: Conditions(robot=robot) for robot in robot_names()}

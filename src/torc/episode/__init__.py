@@ -1,1 +1,1 @@
-"""Run the loop of look, decide, plan, execute; record its events as log, pictures and video."""
+"""Run the loop of look, decide, plan, execute, and tell listeners its events."""

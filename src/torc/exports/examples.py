@@ -14,10 +14,10 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from torc.episode.log import LookedLine
-from torc.episode.recorded import RecordedPick, RecordedTrial, check_directory, find_trials, read_trial
 from torc.errors import InputError
 from torc.records import PickResult
+from torc.trials.log import LookedLine
+from torc.trials.recorded import RecordedPick, RecordedTrial, check_directory, find_trials, read_trial
 from torc.vlm.asker import filled_prompt
 from torc.vlm.config import DEFAULT_QUESTIONS
 from torc.vlm.select import VlmSelectPlanner

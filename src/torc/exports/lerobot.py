@@ -16,10 +16,10 @@ import av
 import numpy as np
 from jaxtyping import Float64
 
-from torc.episode.trajectory import CAMERA, TRAJECTORY, RecordedMotion, load_motion
 from torc.errors import InputError, MissingDependencyError, extra_remedy
 from torc.exports.examples import SPLITS, Counts, Source, split_of
 from torc.io.results import write_json
+from torc.trials.trajectory import CAMERA, TRAJECTORY, RecordedMotion, load_motion
 
 try:
     import pyarrow as pa

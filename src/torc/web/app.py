@@ -20,10 +20,10 @@ from starlette.routing import BaseRoute, Mount, Route
 from starlette.staticfiles import StaticFiles
 
 from torc.drawing.strip import crop_around_objects
-from torc.episode.recorded import RecordedTrial
-from torc.episode.viewer_links import REPORT, served_links
 from torc.errors import InputError
 from torc.io.reading import read_bytes
+from torc.trials.recorded import RecordedTrial
+from torc.trials.viewer_links import REPORT, served_links
 from torc.web.frames import FrameBoard, jpeg, pack_view
 from torc.web.pick_page import pick_page, trial_page
 from torc.web.serving import Gate

@@ -10,11 +10,11 @@ from types import MappingProxyType
 import numpy as np
 from jaxtyping import UInt8
 
-from torc.episode import video
-from torc.episode.pick_view import POINT_UNIT_M, PickView
 from torc.io.pictures import jpeg_bytes
 from torc.sim.rendering import CameraRenderer, Closing
 from torc.sim.simulated_world import World
+from torc.trials import video
+from torc.trials.pick_view import POINT_UNIT_M, PickView
 
 MOUNT = replace(video.MOUNT, width=560, height=420)
 OBSERVATIONS_PER_FRAME = 3

@@ -11,11 +11,11 @@ from scipy.ndimage import find_objects
 from torc.drawing.graph_layout import lay_out
 from torc.drawing.marking import number_places
 from torc.drawing.palette import object_color
-from torc.episode.log import LookedLine
-from torc.episode.pick_view import LIKELY, ObjectView, PickView
-from torc.episode.recorded import RecordedPick, RecordedTrial
 from torc.errors import InputError
 from torc.records import MAX_OBJECTS, DependencyGraph, Evidence, GraspStatus
+from torc.trials.log import LookedLine
+from torc.trials.pick_view import LIKELY, ObjectView, PickView
+from torc.trials.recorded import RecordedPick, RecordedTrial
 
 MAX_EDGES = 1500
 WHY_NOT = {

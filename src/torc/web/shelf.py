@@ -10,7 +10,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from torc.episode.recorded import (
+from torc.errors import InputError
+from torc.pipeline.building import sources
+from torc.specs.conditions import Conditions
+from torc.specs.spec_files import RecordedSpec
+from torc.specs.trial import PlannerSpec, TrialSpec
+from torc.trials.recorded import (
     LOG,
     VIDEO,
     RecordedTrial,
@@ -20,13 +25,8 @@ from torc.episode.recorded import (
     read_spec,
     read_trial,
 )
-from torc.episode.trial import Trial
-from torc.episode.viewer_links import PARTIAL, trial_key
-from torc.errors import InputError
-from torc.pipeline.building import sources
-from torc.specs.conditions import Conditions
-from torc.specs.spec_files import RecordedSpec
-from torc.specs.trial import PlannerSpec, TrialSpec
+from torc.trials.trial import Trial
+from torc.trials.viewer_links import PARTIAL, trial_key
 from torc.web.session import NAME, Phase, Session
 
 _EXPERT = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,31}")

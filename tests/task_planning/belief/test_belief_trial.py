@@ -5,11 +5,11 @@ import json
 import pytest
 
 from tests.helpers.fake_trial import play_fake_trial
-from torc.episode.recorded import read_trial
 from torc.specs.trial import TrialSpec
 from torc.task_planning.belief.belief_planner import BeliefPlanner
 from torc.task_planning.belief.settings import BeliefConfig, GiveUpConfig
 from torc.testing.synthetic import SyntheticBox
+from torc.trials.recorded import read_trial
 
 SPEC = TrialSpec.of("structured-01", "belief")
 

@@ -8,12 +8,8 @@ from typing import Any
 
 from torc import InputError, PickOutcome, PlannerSpec, TorcError, Trial, TrialSpec, Wanted
 from torc.episode.events import Event, Listener, Planned, Started
-from torc.episode.log import result_facts
 from torc.episode.loop import Episode, run_episode
-from torc.episode.pick_view import view_of
-from torc.episode.recorder import TrialRecorder
 from torc.episode.steps import EpisodeConfig
-from torc.episode.trial import recorded_trial
 from torc.pipeline.building import build_system, sources
 from torc.pipeline.planners import make_spec_planner, refuse_simulated
 from torc.pipeline.warm_up import announced_compilation
@@ -21,6 +17,10 @@ from torc.records import PickPlan, PlanFailure
 from torc.registry.kinds import PERCEPTIONS
 from torc.specs.spec_files import to_plain
 from torc.task_planning.protocol import TaskPlanner
+from torc.trials.log import result_facts
+from torc.trials.pick_view import view_of
+from torc.trials.recorder import TrialRecorder
+from torc.trials.trial import recorded_trial
 from torc.vlm.cache import CacheConfig
 from torc_lab.checks import stretch_for
 from torc_lab.devices import limits, opened_lab, planned_for

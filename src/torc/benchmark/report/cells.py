@@ -12,9 +12,9 @@ from pathlib import Path
 from PIL import Image
 
 from torc.benchmark.rows import Table, TrialRow
-from torc.episode.recorded import LOG
-from torc.episode.viewer_links import trial_link
 from torc.io.pictures import data_url
+from torc.trials.recorded import LOG
+from torc.trials.viewer_links import trial_link
 
 
 @dataclass(frozen=True)

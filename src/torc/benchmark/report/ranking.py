@@ -14,7 +14,7 @@ from torc.benchmark.intervals import ALPHA, Estimate, holm
 from torc.benchmark.measures import COST, DECISION_S, DROPS, ORACLE, SUCCESS, Comparison, compare
 from torc.benchmark.rows import Table, TrialRow
 from torc.episode.bound import Bound
-from torc.episode.versions import differing
+from torc.trials.versions import differing
 
 FEW_PROBLEMS = 10
 _BEATEN, _UNRECORDED = "beaten", "not recorded"

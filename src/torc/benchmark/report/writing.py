@@ -18,9 +18,9 @@ from torc.benchmark.report.ranking import Ranking, bound_summary, rank_on_common
 from torc.benchmark.report.tables import beaten_table
 from torc.benchmark.rows import Table, write_tables
 from torc.benchmark.store import calls
-from torc.episode.viewer_links import REPORT
 from torc.errors import InputError, PartError, extra_remedy
 from torc.registry.loading import blamed, registered
+from torc.trials.viewer_links import REPORT
 
 REPORT_FORMAT = "torc-report/1"
 SECTIONS = "torc.report_sections"

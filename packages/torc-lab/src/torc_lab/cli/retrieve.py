@@ -14,8 +14,8 @@ from torc import PlannerSpec, TrialSpec
 from torc.cli.options import VlmOptions, wanted_of
 from torc.cli.pages import PageOptions, check_web_libraries, served_page
 from torc.cli.printing import print_json
-from torc.episode.viewer_links import trial_key
 from torc.registry.settings import Settings
+from torc.trials.viewer_links import trial_key
 
 if TYPE_CHECKING:
     from torc import Wanted

@@ -16,7 +16,6 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from torc import InputError, Observation, Wanted
 from torc.drawing.marking import mark_image
-from torc.episode.log import digest
 from torc.io.digests import fingerprint
 from torc.io.pictures import write_png
 from torc.io.reading import read_bytes
@@ -32,6 +31,7 @@ from torc.records import BACKGROUND, TARGET_ID, Capture, SegmentedScene
 from torc.registry.context import BuildContext
 from torc.registry.kinds import DEPTHS, PERCEPTIONS
 from torc.robots.protocols import Camera
+from torc.trials.log import digest
 from torc_lab.lab_file import Lab
 from torc_lab.person import say_in_terminal
 from torc_lab.protocols import LabError

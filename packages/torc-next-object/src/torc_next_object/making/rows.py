@@ -14,7 +14,6 @@ import numpy as np
 from torc import Conditions, InputError, PlanningContext, Problem, problem_names
 from torc.episode.privileged import open_sandbox
 from torc.episode.steps import EpisodeConfig
-from torc.episode.trial import situation_of
 from torc.io.pictures import jpeg_bytes
 from torc.objects.library import load_object
 from torc.oracle.solve import MAX_PICKS
@@ -23,6 +22,7 @@ from torc.problems.problem import problem_text
 from torc.records import TARGET_ID
 from torc.sim.portraits import turn_table
 from torc.task_planning.relations import behind_candidates, find_adjacencies
+from torc.trials.trial import situation_of
 from torc.vlm.picture_config import PictureConfig
 from torc.vlm.pictures import drawn_pictures
 from torc.vlm.question_facts import counted_grasp_facts, gripper_sentence, target_size_sentence

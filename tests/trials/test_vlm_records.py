@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from torc.episode.events import Decided
-from torc.episode.recorder import TrialRecorder
-from torc.episode.trial import recorded_trial
 from torc.records.evidence import Tokens
 from torc.testing import contexts
+from torc.trials.recorder import TrialRecorder
+from torc.trials.trial import recorded_trial
 from torc.vlm.config import Asking, VlmConfig
 from torc.vlm.picture_config import PictureConfig
 from torc.vlm.prices import Prices

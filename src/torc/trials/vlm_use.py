@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
-from torc.episode.log import VlmUse
 from torc.records.evidence import ModelTry
+from torc.trials.log import VlmUse
 from torc.vlm.prices import Prices
 
 

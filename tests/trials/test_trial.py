@@ -12,13 +12,13 @@ from tests.helpers.trial_logs import comparable_log as _log
 from tools.grippers import write_slides
 from torc.episode.events import Decided, Looked
 from torc.episode.simulated import simulated_robot
-from torc.episode.trial import Recording, run_trial
 from torc.errors import InputError, PhysicsError
 from torc.objects.library import load_object
 from torc.pipeline.building import build_system
 from torc.problems.problem import ObjectPlacement, Problem, load_problem, save_problem
 from torc.specs.conditions import Conditions
 from torc.specs.trial import TrialSpec
+from torc.trials.trial import Recording, run_trial
 from torc.workspace.workspace_files import load_workspace
 
 SPEC = TrialSpec.of("structured-04", "dg-select", seed=3, max_picks=1)

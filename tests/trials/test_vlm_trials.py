@@ -14,12 +14,12 @@ from tests.helpers.trial_logs import comparable_log as _log
 from tests.helpers.vlm_server import Fail, FakeVlmServer, Say
 from torc.episode.privileged import Privileged, Truth
 from torc.episode.progress import TerminalProgress
-from torc.episode.trial import Situations, run_trial, situation_of
 from torc.errors import InputError
 from torc.pipeline.planners import make_planner
 from torc.sim.visibility import Visibility
 from torc.specs.trial import TrialSpec
 from torc.testing import contexts
+from torc.trials.trial import Situations, run_trial, situation_of
 from torc.vlm.cache import CacheConfig, CacheMode
 from torc.vlm.config import VlmConfig
 from torc.vlm.keys import OWN_SERVER_VARIABLE

@@ -13,16 +13,16 @@ from torc.drawing.graph_picture import draw_decision
 from torc.drawing.marking import mark_image
 from torc.drawing.strip import Crop, Frame, crop_around_objects, picture_strip
 from torc.episode.events import Decided, Event, Executed, Looked
-from torc.episode.log import EventLine, TrialResult, line_of
-from torc.episode.pick_view import view_of
-from torc.episode.recorded import BELIEF, LOG, PLAIN, SEEN, sent_name
-from torc.episode.viewer_links import PARTIAL
-from torc.episode.vlm_use import vlm_use
 from torc.errors import InputError
 from torc.io.pictures import write_png
 from torc.io.record_files import save_record
 from torc.io.results import check_place, claim, write_json
 from torc.records.evidence import ModelTry
+from torc.trials.log import EventLine, TrialResult, line_of
+from torc.trials.pick_view import view_of
+from torc.trials.recorded import BELIEF, LOG, PLAIN, SEEN, sent_name
+from torc.trials.viewer_links import PARTIAL
+from torc.trials.vlm_use import vlm_use
 from torc.vlm.config import VlmConfig
 
 

@@ -11,17 +11,10 @@ import numpy as np
 
 from torc.episode.bound import Bound
 from torc.episode.events import Event, Listener, Looked, Started
-from torc.episode.log import RESULT_FORMAT, EventLine, TrialResult, result_facts
 from torc.episode.loop import run_episode
-from torc.episode.pick_view import view_of
 from torc.episode.privileged import Privileged, Simulation, Truth, open_sandbox
-from torc.episode.recorded import VIDEO
-from torc.episode.recorder import TrialLog, TrialRecorder
 from torc.episode.simulated import episode_in, simulated_robot
 from torc.episode.steps import EpisodeConfig
-from torc.episode.trajectory import TrajectoryRecorder
-from torc.episode.versions import versions
-from torc.episode.video import VideoRecorder
 from torc.errors import InputError, TorcError
 from torc.pipeline.building import System, build_system, sources
 from torc.pipeline.look import Look
@@ -37,6 +30,13 @@ from torc.specs.spec_files import to_plain
 from torc.specs.trial import TrialSpec
 from torc.task_planning.protocol import TaskPlanner
 from torc.task_planning.relations import find_adjacencies
+from torc.trials.log import RESULT_FORMAT, EventLine, TrialResult, result_facts
+from torc.trials.pick_view import view_of
+from torc.trials.recorded import VIDEO
+from torc.trials.recorder import TrialLog, TrialRecorder
+from torc.trials.trajectory import TrajectoryRecorder
+from torc.trials.versions import versions
+from torc.trials.video import VideoRecorder
 from torc.vlm.cache import CacheConfig
 from torc.vlm.simulated.profiles import find_profile
 from torc.vlm.simulated.situation import Situation

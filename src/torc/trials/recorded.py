@@ -13,7 +13,11 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from torc.episode.log import (
+from torc.errors import InputError
+from torc.io.reading import read_bytes, read_plain_text
+from torc.specs.spec_files import RecordedSpec, from_plain
+from torc.specs.trial import TrialSpec
+from torc.trials.log import (
     EVENT_LINE,
     DecidedLine,
     EndedLine,
@@ -25,11 +29,7 @@ from torc.episode.log import (
     StartedLine,
     TrialResult,
 )
-from torc.episode.pick_view import PickView, load_view
-from torc.errors import InputError
-from torc.io.reading import read_bytes, read_plain_text
-from torc.specs.spec_files import RecordedSpec, from_plain
-from torc.specs.trial import TrialSpec
+from torc.trials.pick_view import PickView, load_view
 
 LOG, VIDEO = "events.jsonl", "video.mp4"
 SEEN, PLAIN = "seen.png", "plain.png"

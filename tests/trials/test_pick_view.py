@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 
 from tests.helpers.trial_logs import comparable_log
-from torc.episode.pick_view import load_view, view_of
-from torc.episode.trajectory import CAMERA, FPS, TRAJECTORY, RecordedMotion, load_motion
-from torc.episode.trial import Recording, run_trial
 from torc.errors import InputError
 from torc.io.record_files import save_record
 from torc.records import GraspStatus
 from torc.specs.trial import TrialSpec
 from torc.task_planning.graph_building import build_dependency_graph
 from torc.testing.contexts import behind_context, cluttered_context, empty_context, hidden_context
+from torc.trials.pick_view import load_view, view_of
+from torc.trials.trajectory import CAMERA, FPS, TRAJECTORY, RecordedMotion, load_motion
+from torc.trials.trial import Recording, run_trial
 
 
 def assert_same(a, b):

@@ -8,12 +8,12 @@ import numpy as np
 from jaxtyping import Float32, Float64, Int16
 
 from torc.episode.events import Event, Looked
-from torc.episode.video import Mp4Writer
 from torc.errors import InputError
 from torc.io.record_files import load_checked, save_record
 from torc.robots.description import RobotDescription
 from torc.sim.rendering import CameraRenderer, Closing
 from torc.sim.simulated_world import World
+from torc.trials.video import Mp4Writer
 from torc.workspace.description import CameraMount
 
 FPS = 25

@@ -7,7 +7,6 @@ from PIL import Image
 from trimesh.visual.material import PBRMaterial
 from trimesh.visual.texture import TextureVisuals
 
-from torc.episode.trial import run_trial
 from torc.geometry.transforms import look_at
 from torc.objects.importing import MeshOptions, read_mesh
 from torc.objects.importing.storing import add_object
@@ -16,6 +15,7 @@ from torc.problems.problem import ObjectPlacement, Problem, save_problem
 from torc.sim.rendering import CameraRenderer
 from torc.sim.simulated_world import build_world
 from torc.specs.trial import TrialSpec
+from torc.trials.trial import run_trial
 from torc.workspace.description import CameraMount
 from torc.workspace.workspace_files import load_workspace
 

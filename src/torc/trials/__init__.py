@@ -1,0 +1,1 @@
+"""A trial: an episode played in simulation, written to a directory, and read back."""
