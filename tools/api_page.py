@@ -44,7 +44,8 @@ _HEAD = """# Python interface
 
 `import torc` offers the names on this page; each is imported when it is first used. Everything else in torc is private
 and may change, apart from `torc.protocols`, which holds what [your own parts](extending.md) need, and the conformance
-suites in `torc.testing`. Units are metres, radians and seconds, quaternions are wxyz, and the camera frame is OpenCV's.
+suites in `torc.testing`. [modules.md](modules.md) is for packages beside torc. Units are metres, radians and seconds,
+quaternions are wxyz, and the camera frame is OpenCV's.
 
 <!-- Written by `python -m tools.api_page` from the docstrings. -->
 """

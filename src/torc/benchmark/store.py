@@ -216,6 +216,7 @@ def begin_call(root: Path, **facts: Any) -> None:
 
 
 def end_call(root: Path, **facts: Any) -> None:
+    """Note when the latest call to a store ended, and further facts about it."""
     *before, last = calls(root)
     write_calls(root, [*before, last | {"ended": _now()} | facts])
 

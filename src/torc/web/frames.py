@@ -84,6 +84,7 @@ class RobotCamera(Closing):
 
 
 def jpeg(rgb: UInt8[np.ndarray, "h w 3"]) -> bytes:
+    """Return a picture as a JPEG file, as small as a live page needs it."""
     return jpeg_bytes(rgb, _JPEG_QUALITY)
 
 
