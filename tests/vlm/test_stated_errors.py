@@ -6,9 +6,8 @@ import pytest
 
 from tests.helpers.vlm_server import FakeVlmServer, Raw, Say
 from torc.vlm.clients.api import open_api_client
-from torc.vlm.clients.stated_errors import stated_error
 from torc.vlm.config import VlmConfig
-from torc.vlm.failures import FailureKind, VlmError
+from torc.vlm.failures import FailureKind, VlmError, stated_error
 from torc.vlm.protocol import Question
 
 OVERLOADED = {"error": {"message": "upstream overloaded", "code": 503}}

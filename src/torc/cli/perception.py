@@ -13,7 +13,7 @@ from torc.cli.printing import print_json, tell
 from torc.specs.conditions import PipelineSpec
 
 if TYPE_CHECKING:
-    from torc.brain.judging import Judged
+    from torc.brain.seeing import Judged
     from torc.pipeline.frames.annotated import AnnotatedPicture
 
 _SHOWN = 12
@@ -41,7 +41,7 @@ class EvaluateCommand:
 
     def run(self) -> int:
         """Print the table."""
-        from torc.brain.judging import judge
+        from torc.brain.seeing import judge
         from torc.errors import InputError
         from torc.perception.scoring import MaskScore, mean_score
         from torc.pipeline.frames.annotated import annotated_pictures
