@@ -2,7 +2,7 @@
 
 import json
 import operator
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from numbers import Real
@@ -28,6 +28,33 @@ from torc.registry.loading import blamed
 from torc.registry.loading import kind_of_value as _kind
 from torc.task_planning.protocol import TaskPlanner
 
+
+def _is_whole(value: Any) -> bool:
+    return isinstance(value, int | np.integer) and not isinstance(value, bool)
+
+
+def _is_flag(value: Any) -> bool:
+    return isinstance(value, bool | np.bool_)
+
+
+def _holds(kind: type) -> Callable[[Any], bool]:
+    return lambda value: isinstance(value, tuple | list) and all(isinstance(v, kind) for v in value)
+
+
+_FIELDS: Mapping[str, tuple[Callable[[Any], bool], str]] = {
+    "object_id": (lambda value: value is None or _is_whole(value), "an int or None"),
+    "reason": (lambda value: isinstance(value, str), "text"),
+    "give_up": (_is_flag, "True or False"),
+    "is_target": (_is_flag, "True or False"),
+    "attempts": (_is_whole, "an int"),
+    "exchanges": (_holds(Exchange), "a tuple of torc.records.Exchange"),
+    "evidence": (
+        lambda value: isinstance(value, Evidence),
+        "a torc.records.Evidence, which takes facts of your own as Evidence(notes={...})",
+    ),
+    "pictures": (_holds(bytes), "a tuple of PNG files as bytes"),
+}
+"""Per field of a decision what it must be, as a test and in words."""
 _EVIDENCE: Mapping[str, type] = {
     "graph": DependencyGraph,
     "certainty": Certainty,
@@ -76,29 +103,12 @@ def decision_faults(answer: Any) -> Iterator[str]:
     if not isinstance(answer, Decision):
         yield f"decide() returned {_kind(answer)}, not a torc.records.Decision"
         return
-    chosen, exchanges = answer.object_id, answer.exchanges
-    if not (chosen is None or _is_whole(chosen)):
-        yield f"object_id is {_kind(chosen)}; it must be an int or None"
-    if not isinstance(answer.reason, str):
-        yield f"reason is {_kind(answer.reason)}; it must be text"
-    if not isinstance(answer.give_up, bool | np.bool_):
-        yield f"give_up is {_kind(answer.give_up)}; it must be True or False"
-    if not isinstance(answer.is_target, bool | np.bool_):
-        yield f"is_target is {_kind(answer.is_target)}; it must be True or False"
-    if not _is_whole(answer.attempts):
-        yield f"attempts is {_kind(answer.attempts)}; it must be an int"
-    if not (isinstance(exchanges, tuple | list) and all(isinstance(e, Exchange) for e in exchanges)):
-        yield "exchanges must be a tuple of torc.records.Exchange"
-    if not isinstance(answer.evidence, Evidence):
-        yield (
-            f"evidence is {_kind(answer.evidence)}; it must be a torc.records.Evidence, "
-            "which takes facts of your own as Evidence(notes={...})"
-        )
-    else:
+    for name, (fits, what) in _FIELDS.items():
+        value = getattr(answer, name)
+        if not fits(value):
+            yield f"{name} is {_kind(value)}; it must be {what}"
+    if isinstance(answer.evidence, Evidence):
         yield from _evidence_faults(answer.evidence)
-    pictures = answer.pictures
-    if not (isinstance(pictures, tuple | list) and all(isinstance(p, bytes) for p in pictures)):
-        yield "pictures must be a tuple of PNG files as bytes"
     try:
         json.dumps(to_plain(answer))
     except (TypeError, ValueError, RecursionError) as error:
@@ -113,7 +123,3 @@ def _evidence_faults(evidence: Evidence) -> Iterator[str]:
     p = evidence.probabilities
     if not (isinstance(p, Mapping) and all(_is_whole(k) and isinstance(v, Real) for k, v in p.items())):
         yield "evidence.probabilities must map object ids to numbers"
-
-
-def _is_whole(value: Any) -> bool:
-    return isinstance(value, int | np.integer) and not isinstance(value, bool)

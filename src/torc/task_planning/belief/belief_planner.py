@@ -6,11 +6,9 @@ import numpy as np
 
 from torc.records import BeliefEvidence, Decision, Evidence, PlanningContext
 from torc.registry.kinds import TaskPlannerTraits
-from torc.task_planning.belief.candidates import may_have_been_seen
 from torc.task_planning.belief.costs import Ways, ways_of
-from torc.task_planning.belief.hidden_target import Search, search_target
 from torc.task_planning.belief.settings import BeliefConfig
-from torc.task_planning.belief.target_in_sight import free_target
+from torc.task_planning.belief.target_plans import Search, free_target, may_have_been_seen, search_target
 from torc.task_planning.belief.words import access_evidence, access_reason, search_evidence, search_reason
 from torc.task_planning.dg_select import DgSelectPlanner
 from torc.task_planning.relations import find_relations

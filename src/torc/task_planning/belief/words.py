@@ -6,9 +6,8 @@ import numpy as np
 
 from torc.geometry.transforms import project
 from torc.records import BeliefEvidence, Observation
-from torc.task_planning.belief.hidden_target import Search
 from torc.task_planning.belief.hiding import Belief
-from torc.task_planning.belief.target_in_sight import Access
+from torc.task_planning.belief.target_plans import Access, Search
 
 TILES = 60
 """Tiles of the belief's picture from top to bottom."""
