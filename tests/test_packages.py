@@ -131,7 +131,6 @@ DOORS = {
     "torc.vlm.answers",
     "torc.vlm.cache",
     "torc.vlm.failures",
-    "torc.vlm.numerals",
     "torc.vlm.picture_config",
     "torc.vlm.pictures",
     "torc.vlm.prices",
