@@ -24,7 +24,7 @@ from torc.records import Capture
 from torc.robots.loading import load_robot
 from torc.specs.conditions import Conditions
 from torc.specs.trial import TrialSpec
-from torc.task_planning.checked_decisions import rehearse_planner
+from torc.task_planning.protocol import rehearse_planner
 from torc.testing.synthetic import random_clutter, synthetic_capture
 from torc.workspace.workspace_files import load_workspace
 

@@ -137,7 +137,6 @@ DOORS = {
     "torc.vlm.protocol",
     "torc.vlm.question_facts",
     "torc.vlm.replies",
-    "torc.vlm.select",
     "torc.vlm.simulated.client",
     "torc.vlm.simulated.profiles",
     "torc.vlm.simulated.situation",

@@ -8,8 +8,7 @@ import pytest
 
 from torc.errors import InputError
 from torc.task_planning import path_kernels
-from torc.task_planning.path_trimming import strong_parts, trim
-from torc.task_planning.paths import PathConfig, sink_probabilities
+from torc.task_planning.paths import PathConfig, sink_probabilities, strong_parts, trim
 
 
 def random_weights(rng: np.random.Generator, n: int, density: float, sinks: int) -> np.ndarray:

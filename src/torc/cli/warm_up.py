@@ -25,7 +25,7 @@ class WarmUpCommand:
         from torc.pipeline.planners import make_planner
         from torc.robots.names import robot_names
         from torc.specs.conditions import Conditions
-        from torc.task_planning.checked_decisions import rehearse_planner
+        from torc.task_planning.protocol import rehearse_planner
 
         begin, planners = time.monotonic(), ("dg-select", "belief", "learned")
         played = {robot: Conditions(robot=robot) for robot in robot_names()}

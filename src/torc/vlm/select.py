@@ -11,7 +11,7 @@ from torc.vlm.answers import PLAN_SCHEMA, Useless, read_first_pick
 from torc.vlm.asker import Asker, Form
 from torc.vlm.config import Asking
 from torc.vlm.protocol import Reply, VlmClient
-from torc.vlm.question_facts import counted_grasp_facts
+from torc.vlm.question_facts import grasp_facts
 
 
 class VlmSelectPlanner(TaskPlannerTraits):
@@ -63,18 +63,4 @@ class VlmGraspsPlanner(VlmSelectPlanner):
 
         The third version of the questions adds numbers of grasps.
         """
-        facts = counted_grasp_facts if self._asker.questions >= 3 else grasp_facts
-        return {"facts": "\n".join(facts(context))}
-
-
-def grasp_facts(context: PlanningContext) -> list[str]:
-    """Return "Object C is graspable." and "Object A is blocked by object B.", by rising ids."""
-    report, graspable = context.report, context.graspable_ids
-    lines = []
-    for i, a in enumerate(report.object_ids):
-        if a in graspable:
-            lines.append(f"Object {a} is graspable.")
-        elif a in context.scene.ids:
-            blockers = [b for j, b in enumerate(report.object_ids) if report.blocking[i, j] > 0 and b != a]
-            lines += [f"Object {a} is blocked by object {b}." for b in blockers if b in context.scene.ids]
-    return lines
+        return {"facts": "\n".join(grasp_facts(context, counted=self._asker.questions >= 3))}
