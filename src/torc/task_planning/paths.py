@@ -88,11 +88,6 @@ class SinkProbabilities:
         """Mass of simple paths into a cycle without a way out; an upper bound if the sums are inexact."""
         return max(0.0, 1.0 - sum(self.lower))
 
-    @property
-    def decided(self) -> bool:
-        """True if the most probable sink is certain: no other one can exceed it."""
-        return self.decided_among(self.sinks)
-
     def decided_among(self, sinks: tuple[int, ...]) -> bool:
         """Check whether the most probable of these sinks is certain; True if there are none."""
         index = [self.sinks.index(s) for s in sinks]

@@ -47,14 +47,6 @@ _KINDS = {
 }
 _ANSWERS = ("choices", "candidates", "content")
 """Keys of the vendors' answers."""
-_WORDS = (
-    (re.compile(r"quota|credit|billing|payment", re.I), FailureKind.AUTH),
-    (re.compile(r"rate.?limit|too.?many|resource.?exhausted|throttl", re.I), FailureKind.RATE_LIMIT),
-    (re.compile(r"auth|permission|api.?key|forbidden", re.I), FailureKind.AUTH),
-    (re.compile(r"not.?found", re.I), FailureKind.NOT_FOUND),
-    (re.compile(r"invalid|bad.?request|failed.?precondition", re.I), FailureKind.BAD_REQUEST),
-)
-"""Meaning of codes in words; all others, e.g. "overloaded_error", may be temporary."""
 
 
 class VlmError(TorcError):
@@ -109,16 +101,7 @@ def _read(error: Any) -> StatedError | None:
         error = {"message": error}
     if not isinstance(error, Mapping) or not error:
         return None
-    codes = [error[name] for name in ("code", "status", "type") if error.get(name) not in (None, "", 0)]
-    message = error.get("message")
-    words = " ".join([*(str(c) for c in codes[:1]), str(message or error)])
-    return StatedError(_kind(codes), words)
-
-
-def _kind(codes: list[Any]) -> FailureKind:
-    """Classify by the first numeric code, else by the first known words; otherwise the error may be temporary."""
-    for code in codes:
-        if re.fullmatch(r"[45][0-9]{2}", str(code)):
-            return kind_of_status(int(code))
-    said = " ".join(str(code) for code in codes)
-    return next((kind for pattern, kind in _WORDS if pattern.search(said)), FailureKind.SERVER)
+    codes = [str(error[name]) for name in ("code", "status", "type") if error.get(name) not in (None, "", 0)]
+    statuses = [int(code) for code in codes if re.fullmatch(r"[45][0-9]{2}", code)]
+    kind = kind_of_status(statuses[0]) if statuses else FailureKind.SERVER
+    return StatedError(kind, " ".join([*codes[:1], str(error.get("message") or error)]))

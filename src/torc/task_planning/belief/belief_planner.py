@@ -11,7 +11,13 @@ from torc.registry.kinds import TaskPlannerTraits
 from torc.task_planning.belief.costs import Ways, ways_of
 from torc.task_planning.belief.hiding import Belief
 from torc.task_planning.belief.settings import BeliefConfig
-from torc.task_planning.belief.target_plans import Search, free_target, may_have_been_seen, search_target
+from torc.task_planning.belief.target_plans import (
+    Access,
+    Search,
+    free_target,
+    may_have_been_seen,
+    search_target,
+)
 from torc.task_planning.dg_select import DgSelectPlanner
 from torc.task_planning.relations import find_relations
 

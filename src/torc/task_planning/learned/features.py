@@ -9,7 +9,7 @@ from torc.records.graph import DependencyEdge, EdgeKind
 from torc.task_planning.belief.costs import Ways, ways_of
 from torc.task_planning.belief.settings import BeliefConfig, HidingConfig, ParticleConfig
 from torc.task_planning.belief.target_plans import free_target, search_target
-from torc.task_planning.dg_select import decide_by_graph
+from torc.task_planning.dg_select import decide_by_graph, distances_m
 from torc.task_planning.graph_building import REACH_M, build_dependency_graph
 from torc.task_planning.relations import find_relations
 
@@ -63,9 +63,7 @@ def features_of(
 
 def _of_the_scene(context: PlanningContext, ids: tuple[int, ...]) -> dict[str, list[float]]:
     scene, volume = context.scene, context.volume
-    camera = np.asarray(scene.observation.T_world_camera, dtype=float)[:3, 3]
-    objects = {o.id: o for o in scene.objects}
-    away = {k: float(np.linalg.norm(np.median(o.points, axis=0) - camera)) for k, o in objects.items()}
+    objects, away = {o.id: o for o in scene.objects}, distances_m(scene)
     all_px = max(sum(o.pixel_count for o in scene.objects), 1)
     if scene.target_id is None:
         hidden = hidden_volumes_m3(volume, scene.ids)
