@@ -70,14 +70,9 @@ def _built(context: PlanningContext, relations: Sequence[DependencyEdge]) -> Dep
     if hidden:
         nodes.insert(0, DependencyNode(target, hidden=True))
         edges = _or_in_sight(_hidden_by(context), context.scene) + edges
-    elif not _gets_anywhere(target, nodes, edges):
+    elif all(n.id != target or not n.graspable for n in nodes) and all(e.source != target for e in edges):
         edges += _hides_more_of(target, context)
     return DependencyGraph(tuple(nodes), tuple(sorted(edges, key=lambda e: (e.source, e.target))), target)
-
-
-def _gets_anywhere(target: int, nodes: list[DependencyNode], edges: list[DependencyEdge]) -> bool:
-    """Check whether the target can be picked, or waits for something."""
-    return any(n.graspable for n in nodes if n.id == target) or any(e.source == target for e in edges)
 
 
 def _edges_of(

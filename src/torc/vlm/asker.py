@@ -68,14 +68,9 @@ class Asker:
                 "openai:MODEL, openai:MODEL@URL for a server of your own, or, in a simulated trial, simulated."
             )
         self._client, self._form = client, form
-        self._asking = asking or Asking()
-        self._prompt = self._asking.prompt or shipped_prompt(f"{form.planner}-{self._asking.questions}")
+        self.asking = asking or Asking()
+        self._prompt = self.asking.prompt or shipped_prompt(f"{form.planner}-{self.asking.questions}")
         self._prompt.check(form.planner, form.needed, (*FIELDS, *form.own))
-
-    @property
-    def questions(self) -> int:
-        """Version of the questions: their words, and how the pictures are drawn."""
-        return self._asking.questions
 
     def consult(
         self,
@@ -98,9 +93,9 @@ class Asker:
         Raises:
             VlmError: the server gives no reply.
         """
-        filled = prompt_values(context, self._asking.picture) | dict(values)
-        system, question = self._prompt.filled(self._asking.structured, **filled)
-        pictures = pictures_of(context.scene, self._asking.picture)
+        filled = prompt_values(context, self.asking.picture) | dict(values)
+        system, question = self._prompt.filled(self.asking.structured, **filled)
+        pictures = pictures_of(context.scene, self.asking.picture)
         images = tuple(p.png for p in pictures)
         exchanges: list[Exchange] = []
         tries: list[ModelTry] = []

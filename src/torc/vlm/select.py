@@ -63,4 +63,4 @@ class VlmGraspsPlanner(VlmSelectPlanner):
 
         The third version of the questions adds numbers of grasps.
         """
-        return {"facts": "\n".join(grasp_facts(context, counted=self._asker.questions >= 3))}
+        return {"facts": "\n".join(grasp_facts(context, counted=self._asker.asking.questions >= 3))}

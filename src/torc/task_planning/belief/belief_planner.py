@@ -65,9 +65,11 @@ class BeliefPlanner(TaskPlannerTraits):
         search = search_target(context, ways, self.config, rng)
         belief = _search_evidence(search, context.scene.observation)
         if search.presence < self.config.give_up.below and not may_have_been_seen(context):
-            return Decision(
-                None, _gives_up(search), give_up=True, evidence=Evidence("give up", belief=belief)
+            reason = (
+                f"Give up: the target is not in sight, and only over {search.room:.2%} of the support is there space "
+                f"that could still hide it; that it is there has p = {search.presence:.3f}."
             )
+            return Decision(None, reason, give_up=True, evidence=Evidence("give up", belief=belief))
         if search.belief.fitting < self.config.particles.fewest:
             return self._by_graph(context, rng, "too few places fit a hidden target", belief)
         if not search.order:
@@ -86,13 +88,6 @@ class BeliefPlanner(TaskPlannerTraits):
         decision = self._fallback.decide(context, rng)
         notes = {"by_graph_because": why}
         return replace(decision, evidence=replace(decision.evidence, belief=belief, notes=notes))
-
-
-def _gives_up(search: Search) -> str:
-    return (
-        f"Give up: the target is not in sight, and only over {search.room:.2%} of the support is there space that "
-        f"could still hide it; that it is there has p = {search.presence:.3f}."
-    )
 
 
 def _search_reason(search: Search, called: _Called) -> str:

@@ -92,7 +92,7 @@ def _read_gemini(answer: Any) -> Reply:
     candidate = answer["candidates"][0]
     parts = candidate.get("content", {}).get("parts", [])
     text = "".join(part.get("text", "") for part in parts if not part.get("thought"))
-    return reply_of(text, version, _finish(candidate.get("finishReason")), tokens)
+    return reply_of(text, version, _FINISHES.get(candidate.get("finishReason"), Finish.COMPLETE), tokens)
 
 
 def _post_openai(c: VlmConfig, question: Question, key: str | None) -> Post:
@@ -136,7 +136,7 @@ def _read_openai(answer: Any) -> Reply:
         text = "".join(str(part.get("text", "")) for part in text)
     if not text.strip():  # some servers put a thinking model's whole answer into a field for thoughts
         text = next((message[name] for name in _THINKING_FIELDS if message.get(name)), "")
-    return reply_of(text, version, _finish(choice.get("finish_reason")), tokens)
+    return reply_of(text, version, _FINISHES.get(choice.get("finish_reason"), Finish.COMPLETE), tokens)
 
 
 def _post_anthropic(c: VlmConfig, question: Question, key: str | None) -> Post:
@@ -173,7 +173,9 @@ def _read_anthropic(answer: Any) -> Reply:
         _count(answer, "usage", "output_tokens"),
         _count(answer, "usage", "output_tokens_details", "thinking_tokens"),
     )
-    return reply_of(text, answer.get("model") or "", _finish(answer.get("stop_reason")), tokens)
+    return reply_of(
+        text, answer.get("model") or "", _FINISHES.get(answer.get("stop_reason"), Finish.COMPLETE), tokens
+    )
 
 
 VENDORS: Mapping[str, Vendor] = MappingProxyType(
@@ -197,10 +199,6 @@ def _given(options: Mapping[str, Any]) -> dict[str, Any]:
 
 def _base64(picture: bytes) -> str:
     return base64.b64encode(picture).decode()
-
-
-def _finish(reason: Any) -> Finish:
-    return _FINISHES.get(reason, Finish.COMPLETE)
 
 
 def _count(record: Any, *path: str) -> int | None:
