@@ -16,7 +16,7 @@ from torc.episode.recorded import RecordedPick, RecordedTrial
 from torc.exports.selection import EXPERTS, SPLITS, Source, split_of, succeeded
 from torc.vlm.asker import filled_prompt
 from torc.vlm.config import DEFAULT_QUESTIONS
-from torc.vlm.select import VlmSelectPlanner
+from torc.vlm.planners import VlmSelectPlanner
 
 PROMPT = f"{VlmSelectPlanner.form.planner}-{DEFAULT_QUESTIONS}"
 """Name of the exported prompt: VLM-SELECT's."""

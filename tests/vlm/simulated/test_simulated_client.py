@@ -24,10 +24,9 @@ from torc.vlm.answers import (
 )
 from torc.vlm.asker import fill_prompt
 from torc.vlm.config import VlmConfig
-from torc.vlm.fixes_dg import VlmFixesDgPlanner
+from torc.vlm.planners import VlmFixesDgPlanner, VlmGraspsPlanner, VlmSelectPlanner
 from torc.vlm.protocol import Finish, Question
 from torc.vlm.question_facts import grasp_facts
-from torc.vlm.select import VlmGraspsPlanner, VlmSelectPlanner
 from torc.vlm.simulated.client import (
     SimulatedVlm,
     ToldFacts,

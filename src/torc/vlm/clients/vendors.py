@@ -37,12 +37,8 @@ _ANTHROPIC_MAX_TOKENS = 16_384
 _THINKING_FIELDS = ("reasoning_content", "reasoning", "thinking")
 
 
-class Post(NamedTuple):
-    """A request: the path after the server's address, the headers, the body as plain data."""
-
-    path: str
-    headers: dict[str, str]
-    body: dict[str, Any]
+Post = tuple[str, dict[str, str], dict[str, Any]]
+"""A request: the path after the server's address, the headers, the body as plain data."""
 
 
 class Vendor(NamedTuple):
@@ -75,7 +71,7 @@ def _post_gemini(c: VlmConfig, question: Question, key: str | None) -> Post:
         "contents": [{"role": role, "parts": content} for role, content in turns],
         "generationConfig": _given(options),
     }
-    return Post(path, _given({"x-goog-api-key": key}), _given(body))
+    return path, _given({"x-goog-api-key": key}), _given(body)
 
 
 def _read_gemini(answer: Any) -> Reply:
@@ -118,7 +114,7 @@ def _post_openai(c: VlmConfig, question: Question, key: str | None) -> Post:
     if c.structured and question.schema is not None:
         form = {"name": "answer", "strict": True, "schema": dict(question.schema)}
         body["response_format"] = {"type": "json_schema", "json_schema": form}
-    return Post("/chat/completions", {"authorization": f"Bearer {key}"} if key else {}, _given(body))
+    return "/chat/completions", {"authorization": f"Bearer {key}"} if key else {}, _given(body)
 
 
 def _read_openai(answer: Any) -> Reply:
@@ -163,7 +159,7 @@ def _post_anthropic(c: VlmConfig, question: Question, key: str | None) -> Post:
     if c.structured and question.schema is not None:
         output["format"] = {"type": "json_schema", "schema": dict(question.schema)}
     headers = {"anthropic-version": "2023-06-01", "x-api-key": key}
-    return Post("/v1/messages", _given(headers), _given({**body, "output_config": output or None}))
+    return "/v1/messages", _given(headers), _given({**body, "output_config": output or None})
 
 
 def _read_anthropic(answer: Any) -> Reply:
