@@ -41,7 +41,6 @@ class Bodies:
         bits: bit k for object id k.
     """
 
-    ids: tuple[int, ...]
     boxes: Boxes
     bits: UInt64[np.ndarray, "m"]
 
@@ -59,22 +58,21 @@ def bodies_of(scene: SegmentedScene, volume: OcclusionVolume) -> Bodies:
     """
     config, support_z_m = CloudConfig(), float(volume.grid.origin[2])
     camera = np.asarray(scene.observation.T_world_camera, dtype=float)[:3, 3]
-    ids: list[int] = []
+    bits: list[int] = []
     rows: list[Float[np.ndarray, 8]] = []
     for o in scene.objects:
         if len(o.points) < _FEWEST_POINTS:
             continue
         points, _ = thin_out(o.points, o.normals, config.voxel_m)
         body = assumed_body(points, np.asarray(o.felt, dtype=float), camera, support_z_m, config)
-        ids.append(o.id)
+        bits.append(1 << o.id)
         rows.append(np.array([*body.center, *body.size_m / 2, *body.view[:2]]))
     boxes = np.array(rows, dtype=float).reshape(len(rows), 8)
     if len(boxes):
         boxes = extended_down(
             kernel_array(boxes), kernel_array(volume.seen, np.bool_), grid_frame(volume.grid)
         )
-    bits = np.array([1 << k for k in ids], dtype=np.uint64)
-    return Bodies(tuple(ids), boxes, bits)
+    return Bodies(boxes, np.array(bits, dtype=np.uint64))
 
 
 @dataclass(frozen=True)

@@ -40,12 +40,11 @@ class PickerModel:
 
     def __post_init__(self) -> None:
         columns = self.mean, self.scale, self.weights
-        if any(c.shape != (len(self.feature_names),) for c in columns):
-            raise InputError("A picker needs a mean, a scale and a weight for each feature. Train it again.")
-        if not all(np.isfinite(c).all() for c in columns) or not np.isfinite(self.bias):
-            raise InputError("A picker's numbers must be finite. Train it again.")
-        if self.scale.min(initial=1.0) <= 0:
-            raise InputError("A picker's scales must be positive. Train it again.")
+        usable = all(c.shape == (len(self.feature_names),) and np.isfinite(c).all() for c in columns)
+        if not usable or not np.isfinite(self.bias) or self.scale.min(initial=1.0) <= 0:
+            raise InputError(
+                "A picker needs a mean, a positive scale and a weight for each feature, all finite. Train it again."
+            )
 
     def parts(self, features: Float32[np.ndarray, "k f"]) -> Float[np.ndarray, "k f"]:
         """Return what each feature adds to the log-odds."""

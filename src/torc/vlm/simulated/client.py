@@ -91,10 +91,8 @@ class SimulatedVlm:
         """Return an answer, or what a failing model would write. Raises InputError for a user-defined prompt."""
         started = time.perf_counter()
         luck = draw_luck(np.random.default_rng(question.repeat))
-        text, finish = (
-            f"```json\n{json.dumps(self._answer(question, self._truth(), luck))}\n```",
-            Finish.COMPLETE,
-        )
+        answer = json.dumps(self._answer(question, self._truth(), luck))
+        text, finish = f"```json\n{answer}\n```", Finish.COMPLETE
         if luck.malformed < self.profile.malformed:
             text, finish = _SPOILT[int(luck.form * len(_SPOILT))]
         if text:
