@@ -1,7 +1,7 @@
 """Read a model's reply: an object that was offered, or corrections that the rules allow.
 
-Nothing else passes, whatever the reply holds (a misled model, text on an object in the picture). An
-object's number may be written 6, 6.0, "6", "object 6", "object_6", "#6", or [6].
+Nothing else passes, whatever the reply holds (a misled model, text on an object in the picture). A number may be
+written 6, 6.0, "6", "object 6", "object_6", "#6", or [6].
 """
 
 import re

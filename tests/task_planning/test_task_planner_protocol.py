@@ -83,7 +83,7 @@ def test_what_is_no_decision_is_named(answer, text):
 @pytest.mark.parametrize("error", [KeyError("mug"), SystemExit(3)])
 def test_a_crash_is_the_planners_and_says_where(error):
     with pytest.raises(
-        PlannerError, match=rf"'theirs' failed with {type(error).__name__}: .*test_checked_decisions\.py"
+        PlannerError, match=rf"'theirs' failed with {type(error).__name__}: .*test_task_planner_protocol\.py"
     ):
         _ask(lambda: _raise(error))
 
