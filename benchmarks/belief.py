@@ -25,9 +25,8 @@ from torc.records import TARGET_ID, PlanningContext
 from torc.sim.simulated_world import Presence
 from torc.specs.conditions import Conditions
 from torc.task_planning.belief.belief_planner import BeliefPlanner
-from torc.task_planning.belief.bodies import bodies_of
 from torc.task_planning.belief.hiding import Belief, believe
-from torc.task_planning.belief.particles import propose
+from torc.task_planning.belief.particles import bodies_of, propose
 from torc.task_planning.belief.settings import BeliefConfig
 from torc.task_planning.dg_select import DgSelectPlanner
 from torc.task_planning.protocol import TaskPlanner

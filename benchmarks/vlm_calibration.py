@@ -56,7 +56,7 @@ def gather(problem: str, seed: int, path: Path) -> str:
     from torc.task_planning.random_choice import RandomPlanner
     from torc.task_planning.relations import find_relations
     from torc.trials.trial import Situations, run_trial
-    from torc.vlm.select import grasp_facts
+    from torc.vlm.question_facts import grasp_facts
 
     class Watcher(RandomPlanner):
         """RANDOM that writes down what is so."""

@@ -22,7 +22,7 @@ from torc.records import Capture
 from torc.robots.loading import load_robot
 from torc.specs.conditions import Conditions
 from torc.specs.trial import TrialSpec
-from torc.task_planning.checked_decisions import rehearse_planner
+from torc.task_planning.protocol import rehearse_planner
 from torc.testing.synthetic import random_clutter, synthetic_capture
 from torc.trials.pick_view import view_of
 from torc.trials.trial import run_trial

@@ -28,9 +28,9 @@ from torc.testing.planner_conformance import check_planner
 from torc.testing.vlm_client_conformance import check_client
 from torc.vlm.asker import FIELDS
 from torc.vlm.config import Asking
+from torc.vlm.planners import VlmSelectPlanner
 from torc.vlm.price_files import parse_prices
 from torc.vlm.prompt_files import parse_prompt
-from torc.vlm.select import VlmSelectPlanner
 from torc.vlm.simulated.profiles import PROFILES
 
 ROOT = Path(__file__).parents[1]

@@ -33,7 +33,7 @@ from torc.problems.sets import select_problems
 from torc.records import TARGET_ID
 from torc.specs.conditions import Conditions
 from torc.task_planning.learned.features import FEATURE_NAMES, features_of
-from torc.task_planning.learned.model import MODEL_PATH, PickerModel
+from torc.task_planning.learned.learned_planner import MODEL_PATH, PickerModel
 from torc.task_planning.protocol import TaskPlanner
 
 

@@ -11,8 +11,7 @@ from numba import njit
 from tests.helpers.fake_episode import ScriptedPlanner
 from tests.helpers.fake_vlm import ScriptedVlm
 from torc.brain import FrameDecider, answer_text, decide_frame
-from torc.brain.answer import evidence_in_labels
-from torc.brain.candidates import STATUS_WORDS, blockers_of, status_counts
+from torc.brain.answer import STATUS_WORDS, blockers_of, evidence_in_labels, status_counts
 from torc.errors import InputError
 from torc.pipeline import warm_up
 from torc.pipeline.planners import make_planner

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from torc.brain.judging import judge
+from torc.brain.seeing import judge
 from torc.cli.perception import EvaluateCommand
 from torc.drawing.marking import mask_comparison
 from torc.errors import InputError

@@ -15,7 +15,7 @@ from torc.problems.problem import load_problem
 from torc.specs.conditions import Conditions
 from torc.task_planning.dg_select import DgSelectPlanner
 from torc.task_planning.learned.features import FEATURE_NAMES
-from torc.task_planning.learned.model import load_picker
+from torc.task_planning.learned.learned_planner import load_picker
 
 N = len(FEATURE_NAMES)
 

@@ -13,9 +13,9 @@ from torc.trials.recorder import TrialRecorder
 from torc.trials.trial import recorded_trial
 from torc.vlm.config import Asking, VlmConfig
 from torc.vlm.picture_config import PictureConfig
+from torc.vlm.planners import VlmSelectPlanner
 from torc.vlm.prices import Prices
 from torc.vlm.replies import reply_of
-from torc.vlm.select import VlmSelectPlanner
 
 VLM = VlmConfig("gemini", "m", prices=Prices(1.0, 10.0, "EUR"))
 PICTURE = PictureConfig("outlines", plain=True, crop_px=5)

@@ -21,8 +21,8 @@ from torc.specs.trial import TrialSpec
 from torc.testing import contexts
 from torc.trials.trial import Situations, run_trial, situation_of
 from torc.vlm.cache import CacheConfig, CacheMode
+from torc.vlm.clients.api import OWN_SERVER_VARIABLE
 from torc.vlm.config import VlmConfig
-from torc.vlm.keys import OWN_SERVER_VARIABLE
 from torc.vlm.prices import Prices
 from torc.vlm.simulated.profiles import PROFILES
 

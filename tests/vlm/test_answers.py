@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from torc.records.graph import DependencyEdge, EdgeKind
-from torc.vlm.answers import Corrected, Useless, read_corrections, read_first_pick
-from torc.vlm.numerals import whole_number
+from torc.vlm.answers import Corrected, Useless, read_corrections, read_first_pick, whole_number
 from torc.vlm.protocol import Finish
 from torc.vlm.replies import find_json
 from torc.vlm.replies import reply_of as reply_of_model

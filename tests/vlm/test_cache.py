@@ -10,9 +10,9 @@ from tests.helpers.vlm_server import Fail, FakeVlmServer, Say
 from torc.errors import InputError
 from torc.pipeline.planners import open_client
 from torc.vlm.cache import CacheConfig, CachedClient, CacheMode, cache_key, request_facts
+from torc.vlm.clients.api import VARIABLES
 from torc.vlm.config import VlmConfig
 from torc.vlm.failures import VlmError
-from torc.vlm.keys import VARIABLES
 from torc.vlm.protocol import Finish, Question
 
 CONFIG = VlmConfig("gemini", "some-model")

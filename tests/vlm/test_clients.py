@@ -9,10 +9,9 @@ from tests.helpers.vlm_server import FAKE_MODEL, Broken, Fail, FakeVlmServer, Ra
 from torc.errors import InputError
 from torc.testing.vlm_client_conformance import sample_png
 from torc.vlm.answers import PLAN_SCHEMA
-from torc.vlm.clients.api import open_api_client
+from torc.vlm.clients.api import OWN_SERVER_VARIABLE, VARIABLES, find_key, open_api_client, scrubbed
 from torc.vlm.config import PROVIDERS, VlmConfig
 from torc.vlm.failures import FailureKind, VlmError
-from torc.vlm.keys import OWN_SERVER_VARIABLE, VARIABLES, find_key, scrubbed
 from torc.vlm.prompt import Example
 from torc.vlm.protocol import Finish, Question, VlmClient
 

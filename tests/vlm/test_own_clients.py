@@ -12,9 +12,9 @@ from torc.testing.conformance import NonConformanceError
 from torc.testing.vlm_client_conformance import check_client
 from torc.vlm.cache import CacheConfig
 from torc.vlm.config import VlmConfig, parse_vlm
+from torc.vlm.planners import VlmSelectPlanner
 from torc.vlm.protocol import Question
 from torc.vlm.replies import ask_client, reply_faults, reply_of
-from torc.vlm.select import VlmSelectPlanner
 
 PLAN = '{"thoughts": "", "plan": [{"action": "remove", "input": 1}]}'
 HERE = __name__

@@ -34,9 +34,9 @@ def test_what_is_no_price_is_refused(text):
 def test_a_table_that_is_none_says_why(tmp_path, change):
     path = tmp_path / "prices.yaml"
     path.write_text(TABLE.replace(*change))
-    with pytest.raises(InputError, match=r"price table|currency"):
+    with pytest.raises(InputError, match=r"vlm-prices|currency"):
         parse_prices(str(path), "gemini:m")
-    with pytest.raises(InputError, match="cannot be read"):
+    with pytest.raises(InputError, match="Cannot read"):
         parse_prices(str(tmp_path / "none.yaml"), "gemini:m")
 
 

@@ -121,7 +121,7 @@ def test_a_prompt_that_does_not_fit_is_refused_before_anything_is_asked(planner,
         ("a.yaml", "- hi", "holds no prompt"),
         ("a.yaml", "user: [", "not readable YAML"),
         ("a.txt", "", "user"),
-        ("a.txt", "  \n", "user is empty"),
+        ("a.txt", "  \n", "user"),
         ("a.md", "hi", "must end in .yaml"),
     ],
 )

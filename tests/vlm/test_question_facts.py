@@ -13,8 +13,7 @@ from torc.robots.loading import load_robot
 from torc.testing import contexts
 from torc.vlm.config import Asking, VlmConfig
 from torc.vlm.prompt_files import shipped_names, shipped_prompt
-from torc.vlm.question_facts import counted_grasp_facts, gripper_sentence, target_size_sentence
-from torc.vlm.select import grasp_facts
+from torc.vlm.question_facts import grasp_facts, gripper_sentence, target_size_sentence
 from torc.vlm.simulated.client import told_facts
 
 DIGESTS = {
@@ -48,7 +47,7 @@ def test_a_shipped_prompt_never_changes():
 @pytest.mark.parametrize("seed", range(6))
 def test_counted_facts_say_the_same_and_every_number_is_the_reports(seed):
     context = contexts.cluttered_context(10, seed)
-    lines, report = counted_grasp_facts(context), context.report
+    lines, report = grasp_facts(context, counted=True), context.report
     assert told_facts("\n".join(lines)) == told_facts("\n".join(grasp_facts(context)))
     for line in lines:
         words = line.replace(".", "").split()
@@ -66,8 +65,8 @@ def test_counted_facts_say_the_same_and_every_number_is_the_reports(seed):
 def test_an_object_without_a_grasp_is_named():
     context = contexts.nothing_graspable_context()
     assert context.graspable_ids == ()
-    assert "Object 1 has no grasp, and no object in sight is known to be in its way." in counted_grasp_facts(
-        context
+    assert "Object 1 has no grasp, and no object in sight is known to be in its way." in grasp_facts(
+        context, counted=True
     )
 
 

@@ -13,8 +13,8 @@ from torc.task_planning.dg_select import DgSelectPlanner
 from torc.task_planning.relations import behind_candidates, find_adjacencies
 from torc.testing import contexts
 from torc.testing.planner_conformance import CASES, check_case
-from torc.vlm.fixes_dg import VlmFixesDgPlanner
-from torc.vlm.select import VlmGraspsPlanner, VlmSelectPlanner, grasp_facts
+from torc.vlm.planners import VlmFixesDgPlanner, VlmGraspsPlanner, VlmSelectPlanner
+from torc.vlm.question_facts import grasp_facts
 
 NAMES = ("vlm-select", "vlm-grasps", "vlm-fixes-dg")
 

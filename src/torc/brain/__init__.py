@@ -6,8 +6,7 @@
 >>> print(answer.grasps[0].T_world_tcp, answer.grasps[0].p)      # doctest: +SKIP
 """
 
-from torc.brain.answer import Answer
-from torc.brain.candidates import Grasp
+from torc.brain.answer import Answer, Grasp
 from torc.brain.deciding import FrameDecider, decide_frame
 from torc.brain.text import answer_text
 from torc.pipeline.frames import load_frame

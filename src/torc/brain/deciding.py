@@ -22,8 +22,7 @@ from torc.robots.description import RobotDescription
 from torc.robots.loading import load_robot
 from torc.robots.names import DEFAULT_ROBOT
 from torc.specs.conditions import PipelineSpec
-from torc.task_planning.checked_decisions import ask_planner, rehearse_planner
-from torc.task_planning.protocol import TaskPlanner
+from torc.task_planning.protocol import TaskPlanner, ask_planner, rehearse_planner
 from torc.vlm.find_target import TargetByText
 from torc.vlm.protocol import VlmClient
 from torc.workspace.description import Box, Workspace

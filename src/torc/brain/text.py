@@ -2,8 +2,7 @@
 
 import textwrap
 
-from torc.brain.answer import Answer, Sought
-from torc.brain.candidates import STATUS_WORDS, blockers_of, status_counts
+from torc.brain.answer import STATUS_WORDS, Answer, Sought, blockers_of, status_counts
 from torc.records import TARGET_ID, GraspStatus
 
 _WIDTH = 80

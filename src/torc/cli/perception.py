@@ -36,7 +36,7 @@ class EvaluateCommand:
     stages: PipelineSpec = field(default_factory=lambda: PipelineSpec(perception="embedded"))
 
     def run(self) -> int:
-        from torc.brain.judging import judge
+        from torc.brain.seeing import judge
         from torc.drawing.marking import mask_comparison
         from torc.io.pictures import write_png
         from torc.perception.scoring import MaskScore, mean_score

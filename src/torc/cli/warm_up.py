@@ -21,7 +21,7 @@ class WarmUpCommand:
         from torc.registry.kinds import MOTION_PLANNERS
         from torc.robots.names import robot_names
         from torc.specs.conditions import Conditions
-        from torc.task_planning.checked_decisions import rehearse_planner
+        from torc.task_planning.protocol import rehearse_planner
         from torc.trials.pick_view import view_of
 
         begin, planners = time.monotonic(), ("dg-select", "belief", "learned")

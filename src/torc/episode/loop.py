@@ -13,8 +13,7 @@ from torc.pipeline.warm_up import rehearse_look
 from torc.records import Decision, PickOutcome, PickPlan, PlanFailure
 from torc.registry.kinds import MOTION_PLANNERS
 from torc.robots.protocols import Robot
-from torc.task_planning.checked_decisions import ask_planner, rehearse_planner
-from torc.task_planning.protocol import TaskPlanner
+from torc.task_planning.protocol import TaskPlanner, ask_planner, rehearse_planner
 
 Resume = Callable[[PickHaltedError], None]
 """Asks a person to attend to a stopped robot. Raises the error, or another, if the episode must not go on."""

@@ -20,7 +20,7 @@ from torc.trials.log import LookedLine
 from torc.trials.recorded import RecordedPick, RecordedTrial, check_directory, find_trials, read_trial
 from torc.vlm.asker import filled_prompt
 from torc.vlm.config import DEFAULT_QUESTIONS
-from torc.vlm.select import VlmSelectPlanner
+from torc.vlm.planners import VlmSelectPlanner
 
 SPLITS = ("train", "test")
 EXPERTS = ("oracle", "human")

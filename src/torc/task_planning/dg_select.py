@@ -16,6 +16,7 @@ from torc.records import (
     EdgeKind,
     Evidence,
     PlanningContext,
+    SegmentedScene,
 )
 from torc.registry.kinds import TaskPlannerTraits
 from torc.task_planning.graph_building import build_dependency_graph
@@ -111,11 +112,13 @@ def decide_by_graph(
 def _preference(context: PlanningContext) -> dict[int, tuple[int, float, int]]:
     """Return, per visible object, what breaks ties, least first: valid grasps (more), distance to the camera, id."""
     valid = dict(zip(context.report.object_ids, context.report.valid_total.tolist()))
-    camera = context.scene.observation.T_world_camera[:3, 3]
-    distance = {
-        o.id: float(np.linalg.norm(np.median(o.points, axis=0) - camera)) for o in context.scene.objects
-    }
-    return {k: (-valid.get(k, 0), round(distance[k], 4), k) for k in context.scene.ids}
+    return {k: (-valid.get(k, 0), round(d, 4), k) for k, d in distances_m(context.scene).items()}
+
+
+def distances_m(scene: SegmentedScene) -> dict[int, float]:
+    """Return, per visible object, the distance between the camera and the median of its points, metres."""
+    camera = np.asarray(scene.observation.T_world_camera, dtype=float)[:3, 3]
+    return {o.id: float(np.linalg.norm(np.median(o.points, axis=0) - camera)) for o in scene.objects}
 
 
 def explain(

@@ -12,9 +12,9 @@ from torc.records.derived import once
 from torc.records.graph import DependencyEdge, DependencyGraph, DependencyNode, EdgeKind
 from torc.task_planning.relations import RelationConfig, find_relations
 
-_REACH_M = 0.05
+REACH_M = 0.05
 """How far around the visible part of the target its hidden part may be."""
-_WORTH = 0.01
+WORTH = 0.01
 """Objects less likely than this to be the target are not suspected."""
 
 
@@ -70,14 +70,9 @@ def _built(context: PlanningContext, relations: Sequence[DependencyEdge]) -> Dep
     if hidden:
         nodes.insert(0, DependencyNode(target, hidden=True))
         edges = _or_in_sight(_hidden_by(context), context.scene) + edges
-    elif not _gets_anywhere(target, nodes, edges):
+    elif all(n.id != target or not n.graspable for n in nodes) and all(e.source != target for e in edges):
         edges += _hides_more_of(target, context)
     return DependencyGraph(tuple(nodes), tuple(sorted(edges, key=lambda e: (e.source, e.target))), target)
-
-
-def _gets_anywhere(target: int, nodes: list[DependencyNode], edges: list[DependencyEdge]) -> bool:
-    """Check whether the target can be picked, or waits for something."""
-    return any(n.graspable for n in nodes if n.id == target) or any(e.source == target for e in edges)
 
 
 def _edges_of(
@@ -127,11 +122,9 @@ def _hidden_by(context: PlanningContext) -> list[DependencyEdge]:
 
 def _or_in_sight(edges: list[DependencyEdge], scene: SegmentedScene) -> list[DependencyEdge]:
     """Return the edges of a hidden target that may also be an object in sight: one to each, of the likelier kind."""
-    p = {k.id: k.target_p for k in scene.known if k.id in scene.ids and k.target_p >= _WORTH}
-    total = sum(p.values())
-    if total == 0:
+    p, hidden = suspects_of(scene)
+    if not p:
         return edges
-    p, hidden = {k: v / max(total, 1.0) for k, v in p.items()}, max(1.0 - total, 0.0)
     by_id = {e.target: e for e in edges}
     found = []
     for k in scene.ids:
@@ -147,13 +140,20 @@ def _or_in_sight(edges: list[DependencyEdge], scene: SegmentedScene) -> list[Dep
     return found
 
 
+def suspects_of(scene: SegmentedScene) -> tuple[dict[int, float], float]:
+    """Return the probability that each suspected object in sight is the unrecognised target, and that none is."""
+    p = {k.id: k.target_p for k in scene.known if k.id in scene.ids and k.target_p >= WORTH}
+    total = sum(p.values())
+    return {k: v / max(total, 1.0) for k, v in p.items()}, max(1.0 - total, 0.0)
+
+
 def _hides_more_of(target: int, context: PlanningContext) -> list[DependencyEdge]:
     """Return the edges of a target of which too little is in sight: by the volume around it that others hide."""
     others = tuple(k for k in context.scene.ids if k != target)
     points = context.scene.object(target).points
     if len(points) == 0:
         return []
-    return _by_volume(target, others, hidden_near_m3(context.volume, others, points, _REACH_M))
+    return _by_volume(target, others, hidden_near_m3(context.volume, others, points, REACH_M))
 
 
 def _by_volume(target: int, ids: tuple[int, ...], volumes: np.ndarray) -> list[DependencyEdge]:

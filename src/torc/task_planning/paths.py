@@ -3,7 +3,7 @@
 That is the paper's measure of progress (Approach 2). Enumerating simple paths takes time exponential in the size of the
 graph; the general problem is #P-hard. Here the same sum is found without enumeration:
 
-1. edges that no simple path can use are dropped (reachability and dominators, `path_trimming`), which breaks most
+1. edges that no simple path can use are dropped (`trim`), which breaks most
    cycles;
 2. a simple path goes through the remaining strongly connected parts one after another and never comes back, so the
    parts are solved one by one, each with the mass that flows in;
@@ -13,6 +13,7 @@ If a part is too large for the stated amount of work, the answer is an interval 
 marked as one. It is never an approximation passed off as the sum.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,8 +22,9 @@ from jaxtyping import Float
 from torc.errors import InputError
 from torc.geometry.transforms import kernel_array
 from torc.task_planning.path_kernels import MAX_NODES, best_first_sums, merged_sums, subset_sums
-from torc.task_planning.path_trimming import neighbours, strong_parts, trim
 
+Bits = list[int]
+"""Per node, the set of its neighbours; bit k for node k. Node sets are Python integers, so graphs may have any size."""
 _ROUNDING = 1e-12
 """Added to bounds that come from a linear solve."""
 _ADDITION = 0.1
@@ -85,11 +87,6 @@ class SinkProbabilities:
     def lost(self) -> float:
         """Mass of simple paths into a cycle without a way out; an upper bound if the sums are inexact."""
         return max(0.0, 1.0 - sum(self.lower))
-
-    @property
-    def decided(self) -> bool:
-        """True if the most probable sink is certain: no other one can exceed it."""
-        return self.decided_among(self.sinks)
 
     def decided_among(self, sinks: tuple[int, ...]) -> bool:
         """Check whether the most probable of these sinks is certain; True if there are none."""
@@ -227,3 +224,70 @@ def _first_visits(inner: np.ndarray) -> Float[np.ndarray, "n n"]:
     """
     visits = np.linalg.inv(np.eye(len(inner)) - inner)
     return np.clip(visits / np.diag(visits), 0.0, 1.0) + _ROUNDING
+
+
+def members(bits: int) -> list[int]:
+    """Return the nodes of a set, rising."""
+    out = []
+    while bits:
+        low = bits & -bits
+        out.append(low.bit_length() - 1)
+        bits ^= low
+    return out
+
+
+def reach(start: int, adjacent: Bits, allowed: int) -> int:
+    """Return all nodes of `allowed` that can be reached within it from the set `start`."""
+    reached = todo = start & allowed
+    while todo:
+        low = todo & -todo
+        new = adjacent[low.bit_length() - 1] & allowed & ~reached
+        reached |= new
+        todo = (todo ^ low) | new
+    return reached
+
+
+def neighbours(weights: Float[np.ndarray, "n n"]) -> tuple[Bits, Bits]:
+    """Return successors and predecessors per node."""
+    n = len(weights)
+    forward, backward = [0] * n, [0] * n
+    for i, j in zip(*np.nonzero(weights)):
+        forward[i] |= 1 << int(j)
+        backward[j] |= 1 << int(i)
+    return forward, backward
+
+
+def trim(weights: Float[np.ndarray, "n n"], source: int, sinks: Sequence[int]) -> Float[np.ndarray, "n n"]:
+    """Zero edges that no simple path from the source to a sink can use.
+
+    An edge goes if one of its ends is out of the source's reach or cannot reach a sink. The edge u -> d goes if d is on
+    every way from the source to u: a path that came to u has already been at d. The edge d -> u goes if d is on every
+    way from u to a sink: the path would have to come back to d. Repeated until nothing changes. (A complete test is
+    NP-hard: two disjoint paths.)
+    """
+    w = weights.copy()
+    start, ends, everything = 1 << source, sum(1 << t for t in sinks), (1 << len(w)) - 1
+    while True:
+        forward, backward = neighbours(w)
+        kept = reach(start, forward, everything) & reach(ends, backward, everything)
+        before = np.count_nonzero(w)
+        for d in range(len(w)):
+            others = kept & ~(1 << d) if kept >> d & 1 else 0
+            w[members(backward[d] & ~reach(start, forward, others)), d] = 0.0
+            w[d, members(forward[d] & ~reach(ends, backward, others))] = 0.0
+        if np.count_nonzero(w) == before:
+            return w
+
+
+def strong_parts(weights: Float[np.ndarray, "n n"], nodes: int) -> list[list[int]]:
+    """Return the strongly connected parts of the nodes, each before all parts that it leads to."""
+    forward, backward = neighbours(weights)
+    ahead = {v: reach(1 << v, forward, nodes) for v in members(nodes)}
+    parts, left = [], nodes
+    # A node that reaches more comes no later than what it reaches; equals belong to one part or are unrelated.
+    for v in sorted(ahead, key=lambda v: (-ahead[v].bit_count(), v)):
+        if left >> v & 1:
+            part = ahead[v] & reach(1 << v, backward, left)
+            parts.append(members(part))
+            left &= ~part
+    return parts

@@ -9,8 +9,7 @@ import numpy as np
 
 from torc.records import Decision, PlanningContext
 from torc.registry.kinds import TASK_PLANNERS
-from torc.task_planning.checked_decisions import decision_faults
-from torc.task_planning.protocol import MAX_ATTEMPTS, TaskPlanner
+from torc.task_planning.protocol import MAX_ATTEMPTS, TaskPlanner, decision_faults
 from torc.testing import contexts
 from torc.testing.conformance import Case, called_twice, require, trait_faults
 

@@ -1,16 +1,20 @@
 """Read a model's reply: an object that was offered, or corrections that the rules allow.
 
-Nothing else passes, whatever the reply holds (a misled model, text on an object in the picture).
+Nothing else passes, whatever the reply holds (a misled model, text on an object in the picture). A number may be
+written 6, 6.0, "6", "object 6", "object_6", "#6", or [6].
 """
 
+import re
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 from torc.records.graph import DependencyEdge, EdgeKind
-from torc.vlm.numerals import number_in_text, whole_number
 from torc.vlm.protocol import Finish, Reply
 
+NAMES = r"(?:object|obj|id|number|no\.)"
+"""Words that models put before a number."""
+_NUMERAL = re.compile(rf"[\s\"'`]*(?:{NAMES}[\s_:]*)?#?([0-9]{{1,3}})[\s\"'`]*", re.IGNORECASE)
 ACTIONS = ("remove", "pick")
 _CHOICE_KEYS = ("object", "object_id", "number", "answer", "choice")
 """Names under which models give a single object instead of a plan."""
@@ -202,3 +206,22 @@ def _quoted(value: Any) -> str:
     except RecursionError:
         return f"a deeply nested {type(value).__name__}"
     return text if len(text) <= _MAX_QUOTED else f"{text[:_MAX_QUOTED]}..."
+
+
+def number_in_text(text: str) -> int | None:
+    """Return the number in a text that is a number, alone or after a word like "object"; None for any other text."""
+    match = _NUMERAL.fullmatch(text)
+    return int(match.group(1)) if match else None
+
+
+def whole_number(value: Any) -> int | None:
+    """Return the whole number in a JSON value: a number, a text, or a list of one of these. None for anything else.
+
+    Negative numbers stay negative.
+    """
+    if isinstance(value, list) and len(value) == 1 and not isinstance(value[0], list):
+        value = value[0]
+    if isinstance(value, str):
+        return number_in_text(value)
+    whole = type(value) is int or (type(value) is float and value.is_integer())
+    return int(value) if whole else None

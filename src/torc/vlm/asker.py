@@ -14,7 +14,7 @@ from torc.task_planning.protocol import MAX_ATTEMPTS
 from torc.vlm.answers import Useless
 from torc.vlm.config import Asking
 from torc.vlm.picture_config import PictureConfig
-from torc.vlm.pictures import SentPicture, pictures_of
+from torc.vlm.pictures import pictures_of
 from torc.vlm.prompt_files import shipped_prompt
 from torc.vlm.protocol import Question, Reply, VlmClient
 from torc.vlm.question_facts import gripper_sentence, target_size_sentence
@@ -68,14 +68,9 @@ class Asker:
                 "openai:MODEL, openai:MODEL@URL for a server of your own, or, in a simulated trial, simulated."
             )
         self._client, self._form = client, form
-        self._asking = asking or Asking()
-        self._prompt = self._asking.prompt or shipped_prompt(f"{form.planner}-{self._asking.questions}")
+        self.asking = asking or Asking()
+        self._prompt = self.asking.prompt or shipped_prompt(f"{form.planner}-{self.asking.questions}")
         self._prompt.check(form.planner, form.needed, (*FIELDS, *form.own))
-
-    @property
-    def questions(self) -> int:
-        """Version of the questions: their words, and how the pictures are drawn."""
-        return self._asking.questions
 
     def consult(
         self,
@@ -98,14 +93,14 @@ class Asker:
         Raises:
             VlmError: the server gives no reply.
         """
-        filled = prompt_values(context, self._asking.picture) | dict(values)
-        system, question = self._prompt.filled(self._asking.structured, **filled)
-        pictures = pictures_of(context.scene, self._asking.picture)
+        filled = prompt_values(context, self.asking.picture) | dict(values)
+        system, question = self._prompt.filled(self.asking.structured, **filled)
+        pictures = pictures_of(context.scene, self.asking.picture)
         images = tuple(p.png for p in pictures)
         exchanges: list[Exchange] = []
         tries: list[ModelTry] = []
         answer: Answer | Useless = Useless("It was not asked.")
-        model = ""
+        model, useless = "", None
         for _ in range(MAX_ATTEMPTS):
             repeat = int(rng.integers(_SEEDS))
             asked = Question(question, images, self._form.schema, repeat, system, self._prompt.examples)
@@ -117,24 +112,10 @@ class Asker:
             useless = answer.reason if isinstance(answer, Useless) else None
             seconds = round(reply.latency_s, 4)
             tries.append(ModelTry(useless, reply.finish.value, reply.model_version, reply.tokens, seconds))
-            if not isinstance(answer, Useless):
+            if useless is None:
                 break
-        last = answer.reason if isinstance(answer, Useless) else ""
-        nothing = Decision(
-            None,
-            f"The VLM {model} gave no answer of use in {len(tries)} tries. {last}",
-            len(tries),
-            exchanges=tuple(exchanges),
-            evidence=Evidence(vlm=self._evidence(system, pictures, tries)),
-            pictures=images,
-        )
-        return answer, model, nothing
-
-    def _evidence(
-        self, system: str, pictures: tuple[SentPicture, ...], tries: list[ModelTry]
-    ) -> ModelEvidence:
         shown = tuple(p.facts for p in pictures)
-        return ModelEvidence(
+        evidence = ModelEvidence(
             prompt=self._prompt.name,
             prompt_sha256=self._prompt.digest,
             system=system,
@@ -143,6 +124,15 @@ class Asker:
             pictures=shown,
             tries=tuple(tries),
         )
+        nothing = Decision(
+            None,
+            f"The VLM {model} gave no answer of use in {len(tries)} tries. {useless or ''}",
+            len(tries),
+            exchanges=tuple(exchanges),
+            evidence=Evidence(vlm=evidence),
+            pictures=images,
+        )
+        return answer, model, nothing
 
 
 def prompt_values(context: PlanningContext, picture: PictureConfig) -> dict[str, object]:

@@ -53,7 +53,7 @@ class Asking:
 
 @dataclass(frozen=True)
 class VlmConfig:
-    """A model and how it is asked. It holds no key: keys come only from the environment (`torc.vlm.keys`).
+    """A model and how it is asked. It holds no key: keys come only from the environment.
 
     None leaves a choice to the model.
 

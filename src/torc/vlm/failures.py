@@ -1,6 +1,9 @@
 """A model's server that gives no reply: what happened, and what the user can do. Never a wrong answer or a score."""
 
+import re
+from collections.abc import Mapping
 from enum import StrEnum
+from typing import Any, NamedTuple
 
 from torc.errors import TorcError
 
@@ -21,9 +24,6 @@ class FailureKind(StrEnum):
 
 LASTING = frozenset({FailureKind.AUTH, FailureKind.NOT_FOUND, FailureKind.BAD_REQUEST, FailureKind.PROXY})
 """Failures that a retry cannot cure."""
-RETRYABLE = frozenset(FailureKind) - LASTING
-"""Failures that may be temporary."""
-
 REMEDIES = {
     FailureKind.AUTH: "Check the key in the environment; it may belong to another vendor, or lack access to the model "
     "or credit.",
@@ -45,6 +45,8 @@ _KINDS = {
     408: FailureKind.TIMEOUT,
     429: FailureKind.RATE_LIMIT,
 }
+_ANSWERS = ("choices", "candidates", "content")
+"""Keys of the vendors' answers."""
 
 
 class VlmError(TorcError):
@@ -65,3 +67,41 @@ def kind_of_status(status: int) -> FailureKind:
     if status >= 500:
         return FailureKind.SERVER
     return FailureKind.BAD_REQUEST if status >= 400 else FailureKind.BAD_RESPONSE
+
+
+class StatedError(NamedTuple):
+    """Kind of error, and the server's code and words."""
+
+    kind: FailureKind
+    words: str
+
+
+def stated_error(data: Any) -> StatedError | None:
+    """Return the error that an ordinary answer (HTTP 200) states, as gateways do; None if it states none.
+
+    Forms: {"error": {"message": ..., "code": 503}} (OpenAI's, OpenRouter's, Google's), {"type": "error", "error":
+    {"type": "overloaded_error", ...}} (Anthropic's), {"error": "..."}, {"object": "error", "message": ..., "code":
+    ...}; any of them may be the only entry of a list, or take the place of the first choice.
+    """
+    if isinstance(data, list) and len(data) == 1:
+        data = data[0]
+    if not isinstance(data, Mapping):
+        return None
+    given = next((data[name] for name in _ANSWERS if data.get(name)), None)
+    if given is not None:
+        first = given[0] if isinstance(given, list) else None
+        return _read(first.get("error")) if isinstance(first, Mapping) else None
+    if data.get("object") == "error":
+        return _read(data)
+    return _read(data.get("error"))
+
+
+def _read(error: Any) -> StatedError | None:
+    if isinstance(error, str) and error.strip():
+        error = {"message": error}
+    if not isinstance(error, Mapping) or not error:
+        return None
+    codes = [str(error[name]) for name in ("code", "status", "type") if error.get(name) not in (None, "", 0)]
+    statuses = [int(code) for code in codes if re.fullmatch(r"[45][0-9]{2}", code)]
+    kind = kind_of_status(statuses[0]) if statuses else FailureKind.SERVER
+    return StatedError(kind, " ".join([*codes[:1], str(error.get("message") or error)]))

@@ -9,9 +9,8 @@ from torc.perception.protocol import Perception, Wanted
 from torc.records import Exchange, Observation, SegmentedScene
 from torc.registry.kinds import PERCEPTIONS, PerceptionTraits
 from torc.task_planning.protocol import MAX_ATTEMPTS
-from torc.vlm.answers import Useless
+from torc.vlm.answers import Useless, whole_number
 from torc.vlm.asker import fill_prompt
-from torc.vlm.numerals import whole_number
 from torc.vlm.protocol import Question, Reply, VlmClient
 from torc.vlm.replies import ask_client
 

@@ -7,6 +7,16 @@ from torc.errors import InputError
 
 Marks = Literal["tinted", "outlines", "clear"]
 MARKS: tuple[str, ...] = get_args(Marks)
+_BESIDE = "white on a black square, on it or beside it with a line to it."
+_OWN = "Within the outlines the colours are the objects' own."
+_DRAWN = {
+    "tinted": "tinted and outlined in a colour of its own, and carries its number in white on a black square near its "
+    "centre of mass.",
+    "clear": "outlined in a colour that its neighbours do not have, and has its number in "
+    f"{_BESIDE} Where an object shows in several pieces, a dotted line in its colour joins them. {_OWN}",
+    "outlines": f"outlined in a colour of its own, and has its number in {_BESIDE} {_OWN}",
+}
+"""What a prompt says about each kind of marks."""
 _MIN_SIDE_PX, _MAX_SIDE_PX = 64, 4096
 _MAX_MARGIN_PX = 4096
 
@@ -56,25 +66,10 @@ class PictureConfig:
     def sentences(self) -> str:
         """The sentences that describe the pictures in a prompt; for the paper's picture, those of the first prompts."""
         picture = "The first picture" if self.plain else "The picture"
-        told = f"{picture} is what the camera of a robot arm sees"
         cut = self.crop_px is not None or self.marks == "clear"
-        told += ", cut to the part with the objects." if cut else "."
-        if self.marks == "tinted":
-            told += (
-                " Each object in it is tinted and outlined in a colour of its own, and carries its number in white "
-                "on a black square near its centre of mass."
-            )
-        elif self.marks == "clear":
-            told += (
-                " Each object in it is outlined in a colour that its neighbours do not have, and has its number in "
-                "white on a black square, on it or beside it with a line to it. Where an object shows in several "
-                "pieces, a dotted line in its colour joins them. Within the outlines the colours are the objects' own."
-            )
-        else:
-            told += (
-                " Each object in it is outlined in a colour of its own, and has its number in white on a black "
-                "square, on it or beside it with a line to it. Within the outlines the colours are the objects' own."
-            )
-        if self.plain:
-            told += " The second is the same picture without these marks: judge colours and shapes by it."
-        return told
+        end = ", cut to the part with the objects." if cut else "."
+        second = " The second is the same picture without these marks: judge colours and shapes by it."
+        said = (
+            f"{picture} is what the camera of a robot arm sees{end} Each object in it is {_DRAWN[self.marks]}"
+        )
+        return said + (second if self.plain else "")

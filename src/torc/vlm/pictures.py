@@ -58,39 +58,32 @@ def drawn_pictures(scene: SegmentedScene, config: PictureConfig) -> dict[str, UI
 def shown_part(
     scene: SegmentedScene, config: PictureConfig
 ) -> tuple[UInt8[np.ndarray, "h w 3"], Int16[np.ndarray, "h w"]]:
-    """Return colours and ids (-1: no visible object) of the cropped, enlarged part. It holds every visible object."""
+    """Return colours and ids (-1: no visible object) of the cropped, enlarged part. It holds every visible object.
+
+    For clear marks it is enlarged once by a good filter, and masks have smooth rims at that size.
+    """
     label = np.where(np.isin(scene.label_image, scene.ids), scene.label_image, -1).astype(np.int16)
-    if config.marks == "clear":
-        return _drawn_for_the_question(scene.observation.rgb, label, config)
-    rows, cols = _window(label, config.crop_px)
-    rgb, label = scene.observation.rgb[rows, cols], label[rows, cols]
-    if config.longest_side_px is None:
-        return np.ascontiguousarray(rgb), np.ascontiguousarray(label)
-    scale = config.longest_side_px / max(label.shape)
-    size = max(1, round(label.shape[1] * scale)), max(1, round(label.shape[0] * scale))
-    smooth = cv2.INTER_CUBIC if scale > 1 else cv2.INTER_AREA
-    resized = cv2.resize(label, size, interpolation=cv2.INTER_NEAREST)
-    _keep_all(label, resized)
-    return cv2.resize(rgb, size, interpolation=smooth).astype(np.uint8), resized
-
-
-def _drawn_for_the_question(
-    rgb: UInt8[np.ndarray, "h w 3"], label: Int16[np.ndarray, "h w"], config: PictureConfig
-) -> tuple[UInt8[np.ndarray, "h w 3"], Int16[np.ndarray, "h w"]]:
-    """Return the part with the objects, enlarged once by a good filter, and masks with smooth rims at that size."""
-    across = max(label.shape)
-    if (label >= 0).any():
+    clear, across, margin_px = config.marks == "clear", max(label.shape), config.crop_px
+    if clear and (label >= 0).any():
         across = max(int(np.ptp(at)) + 1 for at in np.nonzero(label >= 0))
-    margin_px = min(_MARGIN_PX, max(4, across // 6)) if config.crop_px is None else config.crop_px
+    if clear and margin_px is None:
+        margin_px = min(_MARGIN_PX, max(4, across // 6))
     rows, cols = _window(label, margin_px)
-    rgb, label = rgb[rows, cols], label[rows, cols]
-    if config.longest_side_px is None:
+    rgb, label = scene.observation.rgb[rows, cols], label[rows, cols]
+    if config.longest_side_px is not None:
+        scale = config.longest_side_px / max(label.shape)
+    elif clear:
         scale = max(1.0, ACROSS_PX / across)
     else:
-        scale = config.longest_side_px / max(label.shape)
+        return np.ascontiguousarray(rgb), np.ascontiguousarray(label)
     size = max(1, round(label.shape[1] * scale)), max(1, round(label.shape[0] * scale))
-    smooth = cv2.INTER_LANCZOS4 if scale > 1 else cv2.INTER_AREA
-    return cv2.resize(rgb, size, interpolation=smooth).astype(np.uint8), _enlarged(label, size)
+    if clear:
+        enlarged = _enlarged(label, size)
+    else:
+        enlarged = cv2.resize(label, size, interpolation=cv2.INTER_NEAREST)
+    _keep_all(label, enlarged)
+    smooth = (cv2.INTER_LANCZOS4 if clear else cv2.INTER_CUBIC) if scale > 1 else cv2.INTER_AREA
+    return cv2.resize(rgb, size, interpolation=smooth).astype(np.uint8), enlarged
 
 
 def _keep_all(label: Int16[np.ndarray, "h w"], resized: Int16[np.ndarray, "H W"]) -> None:
@@ -102,16 +95,12 @@ def _keep_all(label: Int16[np.ndarray, "h w"], resized: Int16[np.ndarray, "H W"]
 
 
 def _enlarged(label: Int16[np.ndarray, "h w"], size: tuple[int, int]) -> Int16[np.ndarray, "H W"]:
-    """Enlarge labels with smooth rims: each pixel takes the label that most of its surroundings have.
-
-    An object that would disappear from a reduced picture keeps one pixel.
-    """
+    """Enlarge labels with smooth rims: each pixel takes the label that most of its surroundings have."""
     most, found = np.zeros(size[::-1], np.float32), np.full(size[::-1], -1, np.int16)
     for i in np.unique(label).tolist():
         share = cv2.resize((label == i).astype(np.float32), size, interpolation=cv2.INTER_LINEAR)
         found[share > most] = i
         most = np.maximum(most, share)
-    _keep_all(label, found)
     return found
 
 

@@ -9,11 +9,10 @@ models:
 from pathlib import Path
 from typing import Literal
 
-from pydantic import BaseModel, Field, ValidationError
+from pydantic import BaseModel, Field
 
 from torc.errors import InputError
-from torc.io.reading import read_text
-from torc.io.strict_yaml import explain_faults, parse_plain_yaml
+from torc.io.strict_yaml import read_yaml_as
 from torc.vlm.prices import Prices
 
 FORMAT = "torc-vlm-prices/1"
@@ -37,29 +36,12 @@ def parse_prices(text: str, model: str) -> Prices | None:
 
     `model` is written as on the command line. None if the table lacks the model. Raises InputError.
     """
-    if not text.endswith((".yaml", ".yml")):
-        return _from_numbers(text)
+    if text.endswith((".yaml", ".yml")):
+        table = read_yaml_as(_PriceFile, Path(text), "vlm-prices", _MAX_BYTES, _REMEDY)
+        entry = table.models.get(model)
+        return None if entry is None else Prices(entry.sent, entry.written, table.currency)
     try:
-        content = parse_plain_yaml(
-            read_text(Path(text), "replace"),
-            text,
-            "vlm-prices",
-            _MAX_BYTES,
-            _REMEDY,
-        )
-        found = _PriceFile.model_validate(content)
-    except OSError as error:
-        raise InputError(f"The price table '{text}' cannot be read: {error.strerror}.") from None
-    except ValidationError as error:
-        raise InputError(f"{text} is no price table. {_REMEDY}\n{explain_faults(error)}") from None
-    entry = found.models.get(model)
-    return None if entry is None else Prices(entry.sent, entry.written, found.currency)
-
-
-def _from_numbers(text: str) -> Prices:
-    parts = [part.strip() for part in text.split(",")]
-    try:
-        sent, written, *currency = parts
+        sent, written, *currency = (part.strip() for part in text.split(","))
         return Prices(float(sent), float(written), *currency)
     except (ValueError, TypeError):
         raise InputError(

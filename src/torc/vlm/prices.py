@@ -5,9 +5,6 @@ from dataclasses import dataclass
 
 from torc.errors import InputError
 
-PER = 1_000_000
-"""Prices are per this number of tokens."""
-
 
 @dataclass(frozen=True)
 class Prices:
@@ -26,4 +23,4 @@ class Prices:
 
     def cost(self, sent: int, written: int) -> float:
         """Return the price of these numbers of tokens."""
-        return (sent * self.sent + written * self.written) / PER
+        return (sent * self.sent + written * self.written) / 1_000_000

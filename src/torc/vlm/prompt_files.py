@@ -6,42 +6,40 @@ where the server holds the reply to a JSON schema. A .txt file is `user` alone.
 """
 
 from dataclasses import asdict
-from importlib.resources import files
 from pathlib import Path
 from string import Template
-from typing import Any, Literal
+from typing import Annotated, Literal
 
 import yaml
-from pydantic import BaseModel, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, Field
 
 from torc.errors import InputError, UnknownNameError
 from torc.io.reading import read_text
-from torc.io.strict_yaml import explain_faults, parse_plain_yaml
+from torc.io.strict_yaml import parse_plain_yaml, validated
 from torc.vlm.prompt import Example, Prompt
 
 FORMAT = "torc-prompt/1"
-MAX_CHARACTERS = 9_000
-"""Limit for each text."""
-MAX_EXAMPLES = 20
 ENDINGS = (".yaml", ".yml", ".txt")
 _MAX_BYTES = 400_000
 _REMEDY = "docs/vlm.md shows one (Prompts of your own)."
 
 
-class _ExampleEntry(BaseModel, extra="forbid"):
-    user: str = Field(min_length=1, max_length=MAX_CHARACTERS)
-    reply: str = Field(min_length=1, max_length=MAX_CHARACTERS)
+def _template(text: str) -> str:
+    if not Template(text).is_valid():
+        raise ValueError("has a $ that begins no field; write $$ for a dollar sign")
+    return text
 
 
-class _PromptFile(BaseModel, extra="forbid"):
-    """The whole file."""
+_Text = Annotated[str, Field(max_length=9_000), AfterValidator(_template)]
 
+
+class _PromptFile(BaseModel, extra="forbid", str_strip_whitespace=True):
     format: Literal["torc-prompt/1"]
-    user: str = Field(min_length=1, max_length=MAX_CHARACTERS)
-    system: str = Field(default="", max_length=MAX_CHARACTERS)
-    free_text: str = Field(default="", max_length=MAX_CHARACTERS)
-    schema_: str = Field(default="", max_length=MAX_CHARACTERS, alias="schema")
-    examples: list[_ExampleEntry] = Field(default=[], max_length=MAX_EXAMPLES)
+    user: _Text = Field(min_length=1)
+    system: _Text = ""
+    free_text: _Text = ""
+    schema_: _Text = Field(default="", alias="schema")
+    examples: list[Example] = Field(default=[], max_length=20)
 
 
 def load_prompt(path: Path) -> Prompt:
@@ -51,13 +49,9 @@ def load_prompt(path: Path) -> Prompt:
             return shipped_prompt(str(path))
         raise InputError(f"'{path}' is no prompt: its name must end in {' or '.join(ENDINGS)}. {_REMEDY}")
     try:
-        if path.stat().st_size > _MAX_BYTES:
-            raise InputError(f"'{path}' is larger than {_MAX_BYTES:,} bytes: no prompt.")
         text = read_text(path)
-    except OSError as error:
-        raise InputError(f"The prompt '{path}' cannot be read: {error.strerror}.") from None
-    except UnicodeDecodeError:
-        raise InputError(f"The prompt '{path}' is no text in UTF-8.") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"The prompt '{path}' cannot be read: {error}. {_REMEDY}") from None
     return parse_prompt(text, path.stem, str(path), plain=path.suffix == ".txt")
 
 
@@ -73,26 +67,11 @@ def parse_prompt(text: str, name: str, source: str, *, plain: bool = False) -> P
     Raises:
         InputError: the message names the field.
     """
-    content: Any = (
-        {"format": FORMAT, "user": text}
-        if plain
-        else parse_plain_yaml(text, source, "prompt", _MAX_BYTES, _REMEDY)
-    )
-    try:
-        found = _PromptFile.model_validate(content)
-    except ValidationError as error:
-        raise InputError(f"{source} is not a valid prompt. {_REMEDY}\n{explain_faults(error)}") from None
-    examples = tuple(Example(e.user.strip(), e.reply.strip()) for e in found.examples)
-    texts = (found.user, found.system, found.free_text, found.schema_)
-    user, system, free_text, schema = (t.strip() for t in texts)
-    for where, part in (("user", user), ("system", system), ("free_text", free_text), ("schema", schema)):
-        if not Template(part).is_valid():
-            raise InputError(
-                f"{source}: {where} has a $ that begins no field. Write $$ for a dollar sign. {_REMEDY}"
-            )
-    if not user:
-        raise InputError(f"{source}: user is empty. {_REMEDY}")
-    return Prompt(name, user, system, free_text, schema, examples)
+    if plain:
+        text = prompt_text(Prompt(name, text.strip()))
+    content = parse_plain_yaml(text, source, "prompt", _MAX_BYTES, _REMEDY)
+    found = validated(_PromptFile, content, f"{source} is not a valid prompt file", _REMEDY)
+    return Prompt(name, found.user, found.system, found.free_text, found.schema_, tuple(found.examples))
 
 
 def prompt_text(prompt: Prompt) -> str:
@@ -109,8 +88,7 @@ def prompt_text(prompt: Prompt) -> str:
 
 
 def shipped_names() -> tuple[str, ...]:
-    found = (files("torc.vlm") / "prompts").iterdir()
-    return tuple(sorted(Path(f.name).stem for f in found if Path(f.name).suffix in ENDINGS))
+    return tuple(sorted(_shipped()))
 
 
 def shipped_prompt(name: str) -> Prompt:
@@ -118,14 +96,15 @@ def shipped_prompt(name: str) -> Prompt:
 
     A changed prompt is a new file with the next number, because results name theirs.
     """
-    if name not in shipped_names():
-        raise UnknownNameError("prompt", name, [*shipped_names()], ", or a file that ends in .yaml or .txt")
-    for ending in ENDINGS:
-        file = files("torc.vlm") / "prompts" / f"{name}{ending}"
-        if file.is_file():
-            text = file.read_text(encoding="utf-8")
-            return parse_prompt(text, name, file.name, plain=ending == ".txt")
-    raise FileNotFoundError(name)
+    paths = _shipped()
+    if name not in paths:
+        raise UnknownNameError("prompt", name, [*sorted(paths)], ", or a file that ends in .yaml or .txt")
+    return load_prompt(paths[name])
+
+
+def _shipped() -> dict[str, Path]:
+    folder = Path(__file__).with_name("prompts")
+    return {path.stem: path for path in folder.iterdir() if path.suffix in ENDINGS}
 
 
 class _Dumper(yaml.SafeDumper):

@@ -1,4 +1,4 @@
-"""Additions of the third version of the questions: how the gripper reaches in, the target's size, numbers of grasps."""
+"""What questions say beyond the picture: how the gripper reaches in, the target's size, what can be grasped."""
 
 import numpy as np
 
@@ -35,26 +35,25 @@ def target_size_sentence(context: PlanningContext) -> str:
     return f"What is in sight of it is {100 * wide:.0f} cm wide and {100 * high:.0f} cm high."
 
 
-def counted_grasp_facts(context: PlanningContext) -> list[str]:
-    """Return the sentences of `grasp_facts` with numbers of grasps, and the objects without any; by rising ids."""
-    report, graspable, lines = context.report, context.graspable_ids, []
+def grasp_facts(context: PlanningContext, counted: bool = False) -> list[str]:
+    """Return "Object C is graspable." and "Object A is blocked by object B.", by rising ids.
+
+    With `counted`, also the numbers of grasps, and the objects without any.
+    """
+    report, graspable, ids, lines = context.report, context.graspable_ids, context.scene.ids, []
     for i, a in enumerate(report.object_ids):
-        if a not in context.scene.ids:
+        if a not in ids:
             continue
         of_it = report.status[context.grasps.object_ids == a]
         if a in graspable:
-            free = int(np.count_nonzero(of_it == GraspStatus.VALID))
-            lines.append(
-                f"Object {a} is graspable: {free} of its {len(of_it)} grasps can be carried out now."
-            )
+            free = f"{np.count_nonzero(of_it == GraspStatus.VALID)} of its {len(of_it)} grasps can be carried out now"
+            lines.append(f"Object {a} is graspable: {free}." if counted else f"Object {a} is graspable.")
             continue
-        blocking = {b: int(report.blocking[i, j]) for j, b in enumerate(report.object_ids) if b != a}
-        blockers = {b: n for b, n in blocking.items() if n > 0 and b in context.scene.ids}
-        lines += [
-            f"Object {a} is blocked by object {b} in {n} of its {len(of_it)} grasps."
-            for b, n in blockers.items()
-        ]
-        if not blockers:
+        by = {b: n for b, n in zip(report.object_ids, report.blocking[i]) if n > 0 and b != a and b in ids}
+        for b, n in by.items():
+            share = f" in {n} of its {len(of_it)} grasps" if counted else ""
+            lines.append(f"Object {a} is blocked by object {b}{share}.")
+        if counted and not by:
             lines.append(f"Object {a} has no grasp, and no object in sight is known to be in its way.")
     return lines
 

@@ -78,7 +78,8 @@ def find_json(text: str) -> Any:
     text = text[-MAX_CHARACTERS:]
     fenced = [value for part in text.split("```")[1::2] for value in _values(part)]
     values = fenced or _values(text)
-    return next((v for v in reversed(values) if _holds_object(v)), values[-1] if values else None)
+    objects = [v for v in values if isinstance(v, dict) or any(isinstance(item, dict) for item in v)]
+    return (objects or values or [None])[-1]
 
 
 def _values(text: str) -> list[Any]:
@@ -107,7 +108,3 @@ def _without_trailing(text: str, start: int) -> str:
     """Replace commas before closing brackets by blanks, from a place on, but not in strings."""
     blanked = _STRING_OR_TRAILING.sub(lambda m: " " if m.group() == "," else m.group(), text[start:])
     return text[:start] + blanked
-
-
-def _holds_object(value: Any) -> bool:
-    return isinstance(value, dict) or any(isinstance(item, dict) for item in value)

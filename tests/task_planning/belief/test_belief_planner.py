@@ -13,11 +13,9 @@ from torc.pipeline.planners import make_planner
 from torc.records import BeliefEvidence, Decision, Evidence, KnownObject, PickOutcome, PickResult
 from torc.registry.settings import arguments
 from torc.task_planning.belief.belief_planner import BeliefPlanner
-from torc.task_planning.belief.bodies import bodies_of
 from torc.task_planning.belief.costs import ways_of
-from torc.task_planning.belief.hidden_target import presence, search_target
 from torc.task_planning.belief.hiding import believe
-from torc.task_planning.belief.particles import boxes_like, propose, unseen_room
+from torc.task_planning.belief.particles import bodies_of, boxes_like, propose, unseen_room
 from torc.task_planning.belief.settings import (
     BeliefConfig,
     GiveUpConfig,
@@ -25,6 +23,7 @@ from torc.task_planning.belief.settings import (
     ParticleConfig,
     SearchConfig,
 )
+from torc.task_planning.belief.target_plans import presence, search_target
 from torc.task_planning.dg_select import DgSelectPlanner
 from torc.task_planning.relations import find_relations
 from torc.testing import contexts

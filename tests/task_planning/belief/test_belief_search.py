@@ -17,8 +17,8 @@ from torc.task_planning.belief.costs import (
 )
 from torc.task_planning.belief.hiding import Belief
 from torc.task_planning.belief.search import (
+    TARGET_PICKS,
     Places,
-    SearchPrices,
     order_removals,
     places_of,
     plan_search,
@@ -41,7 +41,7 @@ def random_places(rng: np.random.Generator, n: int, places: int) -> Places:
     )  # fmt: skip
 
 
-def price_of(order, places: Places, cost_of, clearing_of, prices: SearchPrices) -> float:
+def price_of(order, places: Places, cost_of, clearing_of, prices: PriceConfig) -> float:
     """What an order of removals costs, step by step, by the words of the module alone."""
     gone, total = 0, 0.0
     shown = np.zeros(len(places.weights), bool)
@@ -59,7 +59,7 @@ def price_of(order, places: Places, cost_of, clearing_of, prices: SearchPrices) 
         gone = after
     for i in np.flatnonzero(~shown):
         total += places.weights[i] * (
-            prices.detour * straight_for(places, i, gone, clearing_of) + prices.base
+            prices.detour * straight_for(places, i, gone, clearing_of) + TARGET_PICKS
         )
     return total
 
@@ -71,8 +71,8 @@ def straight_for(places: Places, i: int, gone: int, clearing_of) -> float:
     return sorted(each)[: places.needed[i]][-1] if each else 0.0
 
 
-def fetching(places: Places, i: int, gone: int, clearing_of, prices: SearchPrices) -> float:
-    picks = prices.base
+def fetching(places: Places, i: int, gone: int, clearing_of, prices: PriceConfig) -> float:
+    picks = TARGET_PICKS
     for k in range(5):
         if gone >> k & 1:
             continue
@@ -93,7 +93,7 @@ def test_the_order_is_the_cheapest_of_all(seed):
     costs[rng.random(costs.shape) < 0.15] = np.inf
     costs[1:][~np.isfinite(costs[1:]).any(axis=1)] = 2.0
     clearing = rng.uniform(1, 4, costs.shape)
-    prices = SearchPrices(1.1, 0.5, 0.7, 1.5)
+    prices = PriceConfig(fallen=0.7)
     number = {int(m): s for s, m in enumerate(sets.masks)}
 
     def cost_of(gone, k):
@@ -120,9 +120,9 @@ def test_a_dead_end_is_charged_for_what_is_still_hidden():
     sets = sets_up_to(2, 2)
     costs = np.full((4, 2), np.inf)
     costs[0, 0] = 1.0
-    plan = plan_search(places, costs, np.full((4, 2), 4.0), sets, SearchPrices(1.0, 0.0, 0.0, 1.5))
+    plan = plan_search(places, costs, np.full((4, 2), 4.0), sets, PriceConfig(still_blocking=0.0, fallen=0.0))
     assert plan.order == (0,)
-    assert plan.price == pytest.approx(1.0 + 0.4 * 1.0 + 0.6 * (1.5 * 4.0 + 1.0), abs=1e-12)
+    assert plan.price == pytest.approx(1.0 + 0.4 * TARGET_PICKS + 0.6 * (1.5 * 4.0 + TARGET_PICKS), abs=1e-12)
 
 
 def random_belief(rng: np.random.Generator, n: int) -> Belief:
@@ -258,5 +258,5 @@ def test_what_shows_nothing_is_not_removed_before_the_way_to_what_does():
     places = places_of(belief, candidates, HidingConfig())
     costs = removal_costs(others, candidates, sets.masks, PriceConfig())
     clearing = clearing_costs(others, candidates, as_bits(sets.masks, candidates), PriceConfig())
-    plan = plan_search(places, costs, clearing, sets, SearchPrices(1.1, 0.5, 0.5, 1.5))
+    plan = plan_search(places, costs, clearing, sets, PriceConfig())
     assert candidates[plan.order[0]] == 1

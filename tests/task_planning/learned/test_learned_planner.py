@@ -10,8 +10,13 @@ from torc.io.record_files import save_record
 from torc.records import TARGET_ID
 from torc.task_planning.dg_select import DgSelectPlanner
 from torc.task_planning.learned.features import FEATURE_NAMES, features_of
-from torc.task_planning.learned.learned_planner import LearnedConfig, LearnedPlanner
-from torc.task_planning.learned.model import MODEL_PATH, PickerModel, load_picker
+from torc.task_planning.learned.learned_planner import (
+    MODEL_PATH,
+    LearnedConfig,
+    LearnedPlanner,
+    PickerModel,
+    load_picker,
+)
 from torc.testing.contexts import cluttered_context, empty_context
 
 

@@ -24,11 +24,17 @@ from torc.vlm.answers import (
 )
 from torc.vlm.asker import fill_prompt
 from torc.vlm.config import VlmConfig
-from torc.vlm.fixes_dg import VlmFixesDgPlanner
+from torc.vlm.planners import VlmFixesDgPlanner, VlmGraspsPlanner, VlmSelectPlanner
 from torc.vlm.protocol import Finish, Question
-from torc.vlm.select import VlmGraspsPlanner, VlmSelectPlanner, grasp_facts
-from torc.vlm.simulated.client import SimulatedVlm, candidate_pairs, told_facts
-from torc.vlm.simulated.confusion import ToldFacts, confused, draw_luck
+from torc.vlm.question_facts import grasp_facts
+from torc.vlm.simulated.client import (
+    SimulatedVlm,
+    ToldFacts,
+    candidate_pairs,
+    confused,
+    draw_luck,
+    told_facts,
+)
 from torc.vlm.simulated.profiles import PROFILES, Profile, find_profile, profile_of_accuracy
 
 PAIRS = ((0, 1), (3, 4), (1, 2), (3, 1))

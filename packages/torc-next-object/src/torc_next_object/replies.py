@@ -4,7 +4,7 @@ import re
 from collections.abc import Collection
 from typing import Any
 
-from torc.vlm.numerals import NAMES, number_in_text, whole_number
+from torc.vlm.answers import NAMES, number_in_text, whole_number
 from torc.vlm.replies import MAX_CHARACTERS, find_json
 
 ACTIONS = ("remove", "pick")

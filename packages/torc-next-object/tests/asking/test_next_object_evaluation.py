@@ -9,7 +9,7 @@ from next_object_helpers.tiny_next_object import tiny_replies, tiny_rows, write_
 from tests.helpers.vlm_server import Broken, Fail, FakeVlmServer, Raw, Say
 from torc.cli.main import parse
 from torc.errors import InputError
-from torc.vlm.keys import OWN_SERVER_VARIABLE
+from torc.vlm.clients.api import OWN_SERVER_VARIABLE
 from torc_next_object.asking.evaluation import MOST_IN_A_ROW, data_digest, question_of
 from torc_next_object.replies import read_number
 from torc_next_object.scoring import score_answers

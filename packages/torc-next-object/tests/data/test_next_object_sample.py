@@ -12,7 +12,7 @@ from next_object_helpers.tiny_next_object import tiny_rows
 from tests.helpers.vlm_server import FakeVlmServer, Say
 from torc.cli.main import parse
 from torc.errors import InputError
-from torc.vlm.keys import OWN_SERVER_VARIABLE
+from torc.vlm.clients.api import OWN_SERVER_VARIABLE
 from torc_next_object.data.opening import SAMPLE, open_rows, sample_rows
 from torc_next_object.prompting import VARIANTS, prompt_text, sent_pictures
 

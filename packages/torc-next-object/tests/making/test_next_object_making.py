@@ -13,7 +13,7 @@ from torc.pipeline.building import build_system
 from torc.problems.problem import load_problem
 from torc.records import TARGET_ID, GraspStatus
 from torc.specs.conditions import Conditions
-from torc.vlm.select import grasp_facts
+from torc.vlm.question_facts import grasp_facts
 from torc_next_object.data.checking import check_directory
 from torc_next_object.making import rows as rows_module
 from torc_next_object.making.looks import Looks

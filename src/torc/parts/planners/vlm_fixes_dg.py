@@ -1,3 +1,3 @@
 """Asks --vlm to correct the dependency graph, then decides as dg-select."""
 
-from torc.vlm.fixes_dg import VlmFixesDgPlanner as PART
+from torc.vlm.planners import VlmFixesDgPlanner as PART

@@ -1,3 +1,3 @@
 """Asks --vlm, which also reads what can be grasped."""
 
-from torc.vlm.select import VlmGraspsPlanner as PART
+from torc.vlm.planners import VlmGraspsPlanner as PART

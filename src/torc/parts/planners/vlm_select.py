@@ -1,3 +1,3 @@
 """Asks --vlm, which sees the picture alone."""
 
-from torc.vlm.select import VlmSelectPlanner as PART
+from torc.vlm.planners import VlmSelectPlanner as PART

@@ -1,4 +1,4 @@
-"""Price the removal of an object, or of the target, once other objects are gone."""
+"""Price the removal of an object, or of the target, once other objects are gone, and name what is in its way."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -193,3 +193,30 @@ def expected_picks(p: ArrayLike, lost_share: float, picks_left: ArrayLike) -> Fl
     comes = np.where(np.asarray(p) > 0, p, 1.0)
     goes = lost_share * (1 - comes)
     return np.where(np.asarray(p) > 0, (1 + goes * np.asarray(picks_left)) / (comes + goes), np.inf)
+
+
+def with_obstacles(wanted: Sequence[int], ways: dict[int, Ways], most: int) -> tuple[int, ...]:
+    """Return up to `most` objects: each wanted one, followed by what lies on it or must go before it can be grasped.
+
+    This is applied recursively. Blockers of the grasps with the fewest blockers come first.
+    """
+    chosen: list[int] = []
+    waiting = list(reversed(wanted))
+    while waiting and len(chosen) < most:
+        k = waiting.pop()
+        if k in chosen or k not in ways:
+            continue
+        chosen.append(k)
+        waiting += reversed(_obstacles(ways[k], ways))
+    return tuple(chosen)
+
+
+def _obstacles(way: Ways, ways: dict[int, Ways]) -> list[int]:
+    """Return what lies on an object and, if it has no grasp now, what blocks its grasps."""
+    found = [k for k in ways if way.on_it >> k & 1]
+    if way.now:
+        return found
+    sets = zip(way.best.tolist(), way.blockers.tolist())
+    for _, _, bits in sorted((b.bit_count(), -p, b) for p, b in sets if b):
+        found += [k for k in ways if bits >> k & 1 and k not in found]
+    return found

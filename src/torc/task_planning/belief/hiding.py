@@ -7,9 +7,8 @@ from jaxtyping import Bool, Float, UInt64
 
 from torc.geometry.transforms import kernel_array
 from torc.records import OcclusionVolume
-from torc.task_planning.belief.bodies import Bodies, grid_frame
 from torc.task_planning.belief.box_kernels import Boxes, hider_masks
-from torc.task_planning.belief.particles import Particles, hidden_voxels
+from torc.task_planning.belief.particles import Bodies, Particles, grid_frame, hidden_voxels
 from torc.task_planning.belief.settings import HidingConfig
 
 _ONE = np.uint64(1)

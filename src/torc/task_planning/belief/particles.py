@@ -13,11 +13,14 @@ import numpy as np
 from jaxtyping import Float, Int64, UInt64
 
 from torc.geometry.transforms import kernel_array
-from torc.records import OcclusionVolume, VoxelGrid
-from torc.task_planning.belief.bodies import Bodies, grid_frame
-from torc.task_planning.belief.box_kernels import Boxes, fit_shares, settle
+from torc.grasping.cells import thin_out
+from torc.grasping.completion import assumed_body
+from torc.grasping.config import CloudConfig
+from torc.records import OcclusionVolume, SegmentedScene, VoxelGrid
+from torc.task_planning.belief.box_kernels import Boxes, extended_down, fit_shares, settle
 from torc.task_planning.belief.settings import ParticleConfig
 
+_FEWEST_POINTS = 5
 _FALL_SLACK_M = 0.01
 _UNSEEN = 0.6
 """A small cube fits if more than this share of it was never seen, and as much lies outside all bodies in sight."""
@@ -27,6 +30,49 @@ _ACROSS = (1.0, 0.5, 0.25)
 """Width to breadth of the boxes that stand for a target of known length and thickness."""
 _UPRIGHT = np.array([[0, 1, 2], [1, 2, 0], [2, 0, 1]])
 """The edges that lie along the heading, across it and upwards."""
+
+
+@dataclass(frozen=True)
+class Bodies:
+    """Boxes around the objects in sight that show enough of themselves, as arguments of `box_kernels`.
+
+    Attributes:
+        boxes: one row per object, world frame.
+        bits: bit k for object id k.
+    """
+
+    boxes: Boxes
+    bits: UInt64[np.ndarray, "m"]
+
+
+def grid_frame(grid: VoxelGrid) -> Float[np.ndarray, "4"]:
+    """Return a grid's frame as the kernels expect it: origin and voxel edge, metres."""
+    return np.array([*grid.origin, grid.voxel_size_m], dtype=float)
+
+
+def bodies_of(scene: SegmentedScene, volume: OcclusionVolume) -> Bodies:
+    """Return the boxes that the objects in sight are assumed to fill, by the grasp planner's `assumed_body`.
+
+    A box whose lower end is out of sight extends down through unseen space to the support or the next body, since most
+    things stand on something.
+    """
+    config, support_z_m = CloudConfig(), float(volume.grid.origin[2])
+    camera = np.asarray(scene.observation.T_world_camera, dtype=float)[:3, 3]
+    bits: list[int] = []
+    rows: list[Float[np.ndarray, 8]] = []
+    for o in scene.objects:
+        if len(o.points) < _FEWEST_POINTS:
+            continue
+        points, _ = thin_out(o.points, o.normals, config.voxel_m)
+        body = assumed_body(points, np.asarray(o.felt, dtype=float), camera, support_z_m, config)
+        bits.append(1 << o.id)
+        rows.append(np.array([*body.center, *body.size_m / 2, *body.view[:2]]))
+    boxes = np.array(rows, dtype=float).reshape(len(rows), 8)
+    if len(boxes):
+        boxes = extended_down(
+            kernel_array(boxes), kernel_array(volume.seen, np.bool_), grid_frame(volume.grid)
+        )
+    return Bodies(boxes, np.array(bits, dtype=np.uint64))
 
 
 @dataclass(frozen=True)

@@ -24,8 +24,10 @@ from torc.task_planning.belief.search_kernels import (
     revealed_by,
     step_prices,
 )
-from torc.task_planning.belief.settings import HidingConfig
+from torc.task_planning.belief.settings import HidingConfig, PriceConfig
 
+TARGET_PICKS = 1.1
+"""Picks to take the target once it can be grasped."""
 _NEVER = np.uint32(0xFFFFFFFF)
 
 
@@ -175,22 +177,12 @@ def order_removals(steps: Float[np.ndarray, "s n"], stop: Float[np.ndarray, "s"]
     return Plan(tuple(order), float(value[0]), each[0])
 
 
-@dataclass(frozen=True)
-class SearchPrices:
-    """Prices of a search, in picks: `base` to take a graspable target, the others as in `PriceConfig`."""
-
-    base: float
-    still_blocking: float
-    fallen: float
-    detour: float
-
-
 def plan_search(
     places: Places,
     costs: Float[np.ndarray, "s n"],
     clearing: Float[np.ndarray, "s n"],
     sets: Sets,
-    prices: SearchPrices,
+    prices: PriceConfig,
 ) -> Plan:
     """Plan the order of removals for a hidden target.
 
@@ -199,12 +191,12 @@ def plan_search(
         clearing: final cost of each candidate, with all that is in the way.
     """
     revealed = places.revealed(sets.masks)
-    base_still = np.array([prices.base, prices.still_blocking])
+    base_still = np.array([TARGET_PICKS, prices.still_blocking])
     togo = picks_after(places.above, places.front, sets.masks, clearing, base_still)
     togo[places.found] = 0.0
     steps = step_prices(places.weights, revealed, togo, places.rests_on, costs, sets.following, prices.fallen)
     at_end = ~np.isfinite(steps).any(axis=1)
     hidden_at_end = ~revealed & at_end[None]
     direct = prices_to_reveal(places.points, places.needed, sets.masks, clearing, hidden_at_end)
-    outlook = places.weights @ (hidden_at_end * (prices.detour * direct + prices.base))
+    outlook = places.weights @ (hidden_at_end * (prices.detour * direct + TARGET_PICKS))
     return order_removals(steps, np.where(at_end, outlook, np.inf), sets)

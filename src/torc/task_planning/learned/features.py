@@ -1,7 +1,5 @@
 """Compute the learned picker's features of each graspable object: no picture, only what the planners compute."""
 
-from dataclasses import dataclass, field
-
 import numpy as np
 from jaxtyping import Float32, UInt64
 
@@ -9,11 +7,10 @@ from torc.occlusion.volume import hidden_near_m3, hidden_volumes_m3
 from torc.records import GraspStatus, PlanningContext
 from torc.records.graph import DependencyEdge, EdgeKind
 from torc.task_planning.belief.costs import Ways, ways_of
-from torc.task_planning.belief.hidden_target import search_target
 from torc.task_planning.belief.settings import BeliefConfig, HidingConfig, ParticleConfig
-from torc.task_planning.belief.target_in_sight import free_target
-from torc.task_planning.dg_select import decide_by_graph
-from torc.task_planning.graph_building import build_dependency_graph
+from torc.task_planning.belief.target_plans import free_target, search_target
+from torc.task_planning.dg_select import decide_by_graph, distances_m
+from torc.task_planning.graph_building import REACH_M, build_dependency_graph
 from torc.task_planning.relations import find_relations
 
 REASONING = BeliefConfig(ParticleConfig(told_size=False), HidingConfig(plain_share=0.5))
@@ -44,18 +41,6 @@ FEATURE_NAMES = (
     "top over the support, m",
     "share of the picture of objects",
 )
-_REACH_M = 0.05
-"""How far around the visible part of the target hidden volume counts, as in the dependency graph."""
-
-
-@dataclass(frozen=True)
-class _Reckoned:
-    """BELIEF's estimates: per object the share behind it, the share that it reveals, and the picks if it is next."""
-
-    behind: dict[int, float] = field(default_factory=dict)
-    reveals: dict[int, float] = field(default_factory=dict)
-    picks: dict[int, float] = field(default_factory=dict)
-    first: int | None = None
 
 
 def features_of(
@@ -68,7 +53,7 @@ def features_of(
     columns = {
         **_of_the_scene(context, ids),
         **_by_graph(context, ids),
-        **_by_belief(_reckon(context, ways, rng), ids),
+        **_by_belief(context, ways, ids, rng),
         **_by_grasps(context, ways, ids),
         **_by_relations(relations, context.scene.target_number, ids),
     }
@@ -78,14 +63,12 @@ def features_of(
 
 def _of_the_scene(context: PlanningContext, ids: tuple[int, ...]) -> dict[str, list[float]]:
     scene, volume = context.scene, context.volume
-    camera = np.asarray(scene.observation.T_world_camera, dtype=float)[:3, 3]
-    objects = {o.id: o for o in scene.objects}
-    away = {k: float(np.linalg.norm(np.median(o.points, axis=0) - camera)) for k, o in objects.items()}
+    objects, away = {o.id: o for o in scene.objects}, distances_m(scene)
     all_px = max(sum(o.pixel_count for o in scene.objects), 1)
     if scene.target_id is None:
         hidden = hidden_volumes_m3(volume, scene.ids)
     else:
-        hidden = hidden_near_m3(volume, scene.ids, objects[scene.target_id].points, _REACH_M)
+        hidden = hidden_near_m3(volume, scene.ids, objects[scene.target_id].points, REACH_M)
     own = dict(zip(scene.ids, hidden.tolist()))
     return {
         "target in sight": [float(scene.target_id is not None)] * len(ids),
@@ -112,34 +95,31 @@ def _by_graph(context: PlanningContext, ids: tuple[int, ...]) -> dict[str, list[
     }
 
 
-def _reckon(context: PlanningContext, ways: dict[int, Ways], rng: np.random.Generator) -> _Reckoned:
+def _by_belief(
+    context: PlanningContext, ways: dict[int, Ways], ids: tuple[int, ...], rng: np.random.Generator
+) -> dict[str, list[float]]:
+    """Return BELIEF's estimates: the share behind each object, the share that it reveals, the picks if it is next."""
     target = context.scene.target_id
-    if target is not None:
-        access = free_target(context, ways, REASONING)
-        if not np.isfinite(access.picks):
-            return _Reckoned()
+    behind: dict[int, float] = {}
+    reveals: dict[int, float] = {}
+    picks: dict[int, float] = {}
+    first: int | None = None
+    if target is None:
+        search = search_target(context, ways, REASONING, rng)
+        mass = search.belief.mass_behind()
+        behind = {k: float(mass[k]) for k in ways}
+        reveals = {k: search.reveals((k,)) for k in search.candidates}
+        picks = {k: p for k, p in zip(search.candidates, search.plan.each.tolist()) if np.isfinite(p)}
+        first = search.order[0] if search.order else None
+    elif np.isfinite((access := free_target(context, ways, REASONING)).picks):
         first = access.order[0] if access.order else target
         picks = {first: access.picks} | ({target: access.now} if np.isfinite(access.now) else {})
-        return _Reckoned(picks=picks, first=first)
-    search = search_target(context, ways, REASONING, rng)
-    behind = search.belief.mass_behind()
-    each = dict(zip(search.candidates, search.plan.each.tolist()))
-    return _Reckoned(
-        behind={k: float(behind[k]) for k in ways},
-        reveals={k: search.reveals((k,)) for k in search.candidates},
-        picks={k: price for k, price in each.items() if np.isfinite(price)},
-        first=search.order[0] if search.order else None,
-    )
-
-
-def _by_belief(reckoned: _Reckoned, ids: tuple[int, ...]) -> dict[str, list[float]]:
-    least = min(reckoned.picks.values(), default=0.0)
-    nan = float("nan")
+    least, nan = min(picks.values(), default=0.0), float("nan")
     return {
-        "share of the belief behind": [reckoned.behind.get(k, nan) for k in ids],
-        "share of the belief revealed": [reckoned.reveals.get(k, nan) for k in ids],
-        "first of belief's order": [float(k == reckoned.first) for k in ids],
-        "picks above belief's best": [reckoned.picks.get(k, nan) - least for k in ids],
+        "share of the belief behind": [behind.get(k, nan) for k in ids],
+        "share of the belief revealed": [reveals.get(k, nan) for k in ids],
+        "first of belief's order": [float(k == first) for k in ids],
+        "picks above belief's best": [picks.get(k, nan) - least for k in ids],
     }
 
 

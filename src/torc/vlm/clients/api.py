@@ -1,24 +1,40 @@
-"""Ask a vendor's server over HTTP: deadline, retries and scrubbing, equal for all vendors."""
+"""Ask a vendor's server over HTTP: keys, proxies, deadline, retries and scrubbing, equal for all vendors.
+
+Keys are read only from the environment, sent only to their server, and scrubbed from everything that comes back.
+"""
 
 import json
+import os
 import re
 import time
 from http.client import HTTPException
+from ipaddress import ip_address
 from typing import Any
 from urllib.error import HTTPError, URLError
-from urllib.request import HTTPRedirectHandler, ProxyHandler, Request, build_opener
+from urllib.parse import unquote, urlsplit
+from urllib.request import HTTPRedirectHandler, ProxyHandler, Request, build_opener, getproxies, proxy_bypass
 
-from torc.vlm.clients.proxies import find_proxy
-from torc.vlm.clients.stated_errors import stated_error
+from torc.errors import InputError
 from torc.vlm.clients.vendors import VENDORS
 from torc.vlm.config import VlmConfig
-from torc.vlm.failures import RETRYABLE, FailureKind, VlmError, kind_of_status
-from torc.vlm.keys import find_key, scrubbed
+from torc.vlm.failures import LASTING, FailureKind, VlmError, kind_of_status, stated_error
 from torc.vlm.protocol import Finish, Question, Reply
 from torc.vlm.replies import reply_of
 
+OWN_SERVER_VARIABLE = "TORC_VLM_API_KEY"
+"""The key for a server at a user's address. A vendor's key is never sent there."""
+VARIABLES = {
+    "gemini": ("GOOGLE_API_KEY", "GEMINI_API_KEY"),
+    "openai": ("OPENAI_API_KEY",),
+    "anthropic": ("ANTHROPIC_API_KEY",),
+}
+"""Environment variables by provider; the first that is set counts."""
+_ENCODED = re.compile(r"[A-Za-z0-9+/_=-]{120,}")
+_MAX_TEXT = 200_000
 MAX_WAIT_S = 60.0
 """Longest wait before a retry, seconds; if a server asks for more (a daily quota), the client gives up at once."""
+_TOO_SHORT = 3
+"""A proxy's secrets up to this length are not scrubbed: they occur in ordinary words."""
 _MAX_DETAIL = 300
 _MAX_BODY = 100_000
 _TUNNEL_REFUSED = "Tunnel connection failed: 407"
@@ -47,9 +63,8 @@ class ApiClient:
 
     def __init__(self, config: VlmConfig, key: str | None) -> None:
         self.config, self._key = config, key
-        self._proxy = find_proxy(config.url)
-        proxies = {self._proxy.scheme: self._proxy.url} if self._proxy else {}
-        self._opener = build_opener(_NoRedirects, ProxyHandler(proxies))
+        self._proxies = find_proxy(config.url)
+        self._opener = build_opener(_NoRedirects, ProxyHandler(self._proxies))
 
     def ask(self, question: Question) -> Reply:
         """Return the model's reply. Raises VlmError once the retries are used up, or at once if no retry can help."""
@@ -60,17 +75,17 @@ class ApiClient:
             kind, detail, asked_s = outcome
             wait_s = self.config.retry_wait_s * 2.0 ** (tries - 1) if asked_s is None else asked_s
             too_long = asked_s is not None and asked_s > MAX_WAIT_S
-            if kind not in RETRYABLE or tries > self.config.retries or too_long:
+            if kind in LASTING or tries > self.config.retries or too_long:
                 break
             time.sleep(min(MAX_WAIT_S, wait_s))
         if too_long:
             detail = f"it asks to wait {asked_s:g} s; {detail}"
-        detail = " ".join(scrubbed(detail, self._key).split())
-        if self._proxy:
-            detail = self._proxy.without_secrets(detail)[:_MAX_DETAIL]
-            detail = f"{detail}; {self._proxy.words()}"
-        else:
-            detail = detail[:_MAX_DETAIL]
+        for secret in map(_password, self._proxies.values()):
+            detail = re.sub(secret, "[secret]", detail)
+        detail = " ".join(scrubbed(detail, self._key).split())[:_MAX_DETAIL]
+        for scheme in self._proxies:
+            around = f"no_proxy={urlsplit(self.config.url).hostname} in the environment avoids it"
+            detail += f"; asked through the proxy that {scheme}_proxy names; {around}"
         raise VlmError(self.config.text, kind, detail, tries)
 
     def _send(self, question: Question) -> Reply | _Failure:
@@ -84,7 +99,7 @@ class ApiClient:
             data = json.loads(self._response_to(request))
             if stated := stated_error(data):
                 text = json.dumps(data)[:_MAX_BODY]
-                asked_s = None if stated.kind not in RETRYABLE else _retry_after_s(None, text)
+                asked_s = None if stated.kind in LASTING else _retry_after_s(None, text)
                 return stated.kind, f"error in an answer of HTTP 200: {stated.words}", asked_s
             reply = vendor.read(data)
         except (OSError, HTTPException) as error:
@@ -135,3 +150,65 @@ def _retry_after_s(error: HTTPError | None, text: str) -> float | None:
     except ValueError:
         return None
     return seconds if 0 <= seconds < 1e6 else None
+
+
+def find_key(config: VlmConfig) -> str | None:
+    """Return the key for a model's server; None for a user's server that needs none.
+
+    Raises:
+        InputError: a vendor's key is missing from the environment, or cannot be a key.
+    """
+    names = VARIABLES[config.provider] if config.base_url is None else (OWN_SERVER_VARIABLE,)
+    name = next((n for n in names if os.environ.get(n, "").strip()), None)
+    if name is None:
+        if config.base_url is not None:
+            return None
+        raise InputError(
+            f"No key for {config.provider} in the environment. Set it with: export {names[-1]}=... "
+            "(keys are never read from files or arguments)."
+        )
+    key = os.environ[name].strip()
+    if not key.isascii() or not key.isprintable() or " " in key:
+        raise InputError(f"The key in {name} holds characters that no key has. Copy it again.")
+    return key
+
+
+def scrubbed(text: str, key: str | None) -> str:
+    """Return a server's text without the key and without long encoded data (an echoed image), and bounded in length."""
+    text = text[:_MAX_TEXT].encode("utf-8", "replace").decode()
+    if key:
+        text = text.replace(key, "[key]")
+    return _ENCODED.sub("[data]", text)
+
+
+def find_proxy(url: str) -> dict[str, str]:
+    """Return the environment's proxy for this address by its scheme (http_proxy, https_proxy).
+
+    Empty if no_proxy excludes the address, or if it is on this machine, which a proxy elsewhere cannot reach.
+    """
+    parts = urlsplit(url)
+    given = getproxies().get(parts.scheme)
+    unused = not given or is_loopback(parts.hostname or "") or proxy_bypass(parts.netloc)
+    return {} if unused else {parts.scheme: str(given)}
+
+
+def is_loopback(host: str) -> bool:
+    """True if a host means this machine: localhost, 127.0.0.0/8, ::1, or 0.0.0.0, which servers print as their own
+    address. No name is looked up.
+    """
+    name = host.lower().rstrip(".")
+    try:
+        address = ip_address(name)
+    except ValueError:
+        return name == "localhost" or name.endswith(".localhost")
+    return address.is_loopback or address.is_unspecified
+
+
+def _password(proxy: str) -> str:
+    """Return a pattern of the user and the password in a proxy's address, which may be malformed."""
+    user, _, address = proxy.rpartition("://")[2].rpartition("@")
+    parts = (user or address).split(":", 1)
+    return (
+        "|".join(re.escape(p) for part in parts for p in (part, unquote(part)) if len(p) > _TOO_SHORT)
+        or "(?!)"
+    )

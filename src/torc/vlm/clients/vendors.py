@@ -37,12 +37,8 @@ _ANTHROPIC_MAX_TOKENS = 16_384
 _THINKING_FIELDS = ("reasoning_content", "reasoning", "thinking")
 
 
-class Post(NamedTuple):
-    """A request: the path after the server's address, the headers, the body as plain data."""
-
-    path: str
-    headers: dict[str, str]
-    body: dict[str, Any]
+Post = tuple[str, dict[str, str], dict[str, Any]]
+"""A request: the path after the server's address, the headers, the body as plain data."""
 
 
 class Vendor(NamedTuple):
@@ -75,7 +71,7 @@ def _post_gemini(c: VlmConfig, question: Question, key: str | None) -> Post:
         "contents": [{"role": role, "parts": content} for role, content in turns],
         "generationConfig": _given(options),
     }
-    return Post(path, _given({"x-goog-api-key": key}), _given(body))
+    return path, _given({"x-goog-api-key": key}), _given(body)
 
 
 def _read_gemini(answer: Any) -> Reply:
@@ -92,7 +88,7 @@ def _read_gemini(answer: Any) -> Reply:
     candidate = answer["candidates"][0]
     parts = candidate.get("content", {}).get("parts", [])
     text = "".join(part.get("text", "") for part in parts if not part.get("thought"))
-    return reply_of(text, version, _finish(candidate.get("finishReason")), tokens)
+    return reply_of(text, version, _FINISHES.get(candidate.get("finishReason"), Finish.COMPLETE), tokens)
 
 
 def _post_openai(c: VlmConfig, question: Question, key: str | None) -> Post:
@@ -118,7 +114,7 @@ def _post_openai(c: VlmConfig, question: Question, key: str | None) -> Post:
     if c.structured and question.schema is not None:
         form = {"name": "answer", "strict": True, "schema": dict(question.schema)}
         body["response_format"] = {"type": "json_schema", "json_schema": form}
-    return Post("/chat/completions", {"authorization": f"Bearer {key}"} if key else {}, _given(body))
+    return "/chat/completions", {"authorization": f"Bearer {key}"} if key else {}, _given(body)
 
 
 def _read_openai(answer: Any) -> Reply:
@@ -136,7 +132,7 @@ def _read_openai(answer: Any) -> Reply:
         text = "".join(str(part.get("text", "")) for part in text)
     if not text.strip():  # some servers put a thinking model's whole answer into a field for thoughts
         text = next((message[name] for name in _THINKING_FIELDS if message.get(name)), "")
-    return reply_of(text, version, _finish(choice.get("finish_reason")), tokens)
+    return reply_of(text, version, _FINISHES.get(choice.get("finish_reason"), Finish.COMPLETE), tokens)
 
 
 def _post_anthropic(c: VlmConfig, question: Question, key: str | None) -> Post:
@@ -163,7 +159,7 @@ def _post_anthropic(c: VlmConfig, question: Question, key: str | None) -> Post:
     if c.structured and question.schema is not None:
         output["format"] = {"type": "json_schema", "schema": dict(question.schema)}
     headers = {"anthropic-version": "2023-06-01", "x-api-key": key}
-    return Post("/v1/messages", _given(headers), _given({**body, "output_config": output or None}))
+    return "/v1/messages", _given(headers), _given({**body, "output_config": output or None})
 
 
 def _read_anthropic(answer: Any) -> Reply:
@@ -173,7 +169,9 @@ def _read_anthropic(answer: Any) -> Reply:
         _count(answer, "usage", "output_tokens"),
         _count(answer, "usage", "output_tokens_details", "thinking_tokens"),
     )
-    return reply_of(text, answer.get("model") or "", _finish(answer.get("stop_reason")), tokens)
+    return reply_of(
+        text, answer.get("model") or "", _FINISHES.get(answer.get("stop_reason"), Finish.COMPLETE), tokens
+    )
 
 
 VENDORS: Mapping[str, Vendor] = MappingProxyType(
@@ -197,10 +195,6 @@ def _given(options: Mapping[str, Any]) -> dict[str, Any]:
 
 def _base64(picture: bytes) -> str:
     return base64.b64encode(picture).decode()
-
-
-def _finish(reason: Any) -> Finish:
-    return _FINISHES.get(reason, Finish.COMPLETE)
 
 
 def _count(record: Any, *path: str) -> int | None:

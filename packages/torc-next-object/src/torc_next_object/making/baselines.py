@@ -9,7 +9,7 @@ from torc import PlanningContext, make_planner
 from torc.task_planning.protocol import TaskPlanner
 from torc.vlm.answers import PLAN_SCHEMA
 from torc.vlm.protocol import Question
-from torc.vlm.select import grasp_facts
+from torc.vlm.question_facts import grasp_facts
 from torc.vlm.simulated.client import SimulatedVlm
 from torc.vlm.simulated.profiles import find_profile
 from torc.vlm.simulated.situation import Situation

@@ -25,8 +25,7 @@ from torc.task_planning.relations import behind_candidates, find_adjacencies
 from torc.trials.trial import situation_of
 from torc.vlm.picture_config import PictureConfig
 from torc.vlm.pictures import drawn_pictures
-from torc.vlm.question_facts import counted_grasp_facts, gripper_sentence, target_size_sentence
-from torc.vlm.select import grasp_facts
+from torc.vlm.question_facts import grasp_facts, gripper_sentence, target_size_sentence
 from torc.vlm.simulated.situation import Situation
 from torc_next_object.making.baselines import baseline_choices
 from torc_next_object.making.known_values import KnownValues
@@ -157,7 +156,7 @@ class RowMaker:
             references=references,
             numbers=numbers,
             graspable=graspable,
-            facts="\n".join(counted_grasp_facts(shown)) if second else told["facts"],
+            facts="\n".join(grasp_facts(shown, counted=True)) if second else told["facts"],
             relations=told["relations"],
             relations_true=tuple(_is_behind(part.situation, back[s], back[t]) for s, t in relations),
             values=values,

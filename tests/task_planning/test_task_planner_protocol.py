@@ -14,8 +14,7 @@ from torc.pipeline.planners import make_planner
 from torc.records import Decision, Evidence
 from torc.registry.kinds import TASK_PLANNERS
 from torc.registry.loading import part_paths, shipped_paths
-from torc.task_planning.checked_decisions import ask_planner, rehearse_planner
-from torc.task_planning.protocol import TaskPlanner
+from torc.task_planning.protocol import TaskPlanner, ask_planner, rehearse_planner
 from torc.testing.contexts import open_context
 
 GOOD = Decision(0, "it is the target")
@@ -71,7 +70,7 @@ def test_numpys_integers_become_plain_ones():
         (replace(GOOD, evidence=[1]), "evidence is a list"),
         (replace(GOOD, evidence={"pixels": 3}), r"it must be a torc.records.Evidence.*notes="),
         (replace(GOOD, evidence=Evidence(graph=[1, 2])), "evidence.graph is a list"),
-        (replace(GOOD, evidence=Evidence(probabilities={"0": 0.5})), "must map object ids to numbers"),
+        (replace(GOOD, evidence=Evidence(probabilities={"0": 0.5})), "a mapping of object ids to numbers"),
         (replace(GOOD, evidence=Evidence(notes={"set": {1, 2}})), "not plain data"),
         (replace(GOOD, evidence=Evidence(notes=_endless())), "not plain data"),
     ],
@@ -84,7 +83,7 @@ def test_what_is_no_decision_is_named(answer, text):
 @pytest.mark.parametrize("error", [KeyError("mug"), SystemExit(3)])
 def test_a_crash_is_the_planners_and_says_where(error):
     with pytest.raises(
-        PlannerError, match=rf"'theirs' failed with {type(error).__name__}: .*test_checked_decisions\.py"
+        PlannerError, match=rf"'theirs' failed with {type(error).__name__}: .*test_task_planner_protocol\.py"
     ):
         _ask(lambda: _raise(error))
 
