@@ -39,7 +39,7 @@ from torc.pipeline.look import Look, Pipeline
 from torc.pipeline.planners import make_planner
 from torc.problems.problem import load_problem
 from torc.problems.sets import select_problems
-from torc.records import GraspStatus
+from torc.records import Capture, GraspStatus
 from torc.specs.conditions import Conditions
 
 Damage = Callable[[Float32[np.ndarray, "h w"], np.random.Generator], Bool[np.ndarray, "h w"]]

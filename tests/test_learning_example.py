@@ -39,6 +39,7 @@ def test_an_object_that_blocks_what_blocks_the_target_is_waited_for(example):
     n = 64
     shapes = {"position": (n, 3), "edges": (n, n)}
     observation = {k: np.zeros(shapes.get(k, n), np.float32) for k in (*example.PER_OBJECT, "edges")}
+    observation["target"][0] = 1
     for a, b, weight in ((0, 1, 0.75), (0, 2, 0.25), (1, 3, 0.5), (2, 3, 1.0)):
         observation["edges"][a, b] = weight
     direct, waits, out = example.features(observation)[:5, -3:].T

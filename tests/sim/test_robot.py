@@ -1,5 +1,7 @@
 """The simulated robot carries out picks, stops on contact, and tells the truth about what came of it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from sim_scenes import TABLE_Z, grasp_pose, move, reach, retract, row, shift_up, standing, world_of
@@ -123,7 +125,8 @@ def test_an_arm_that_is_held_up_stays_where_it_is(world):
 
 
 def test_a_target_let_go_beside_the_bin_is_lost(world):
-    outcome = SimulatedRobot(world).execute(plan_for(world, 0, drop_at=(0.24, -0.60, 1.20)))
+    plan = replace(plan_for(world, 0, drop_at=(0.24, -0.60, 1.20)), is_target=True)
+    outcome = SimulatedRobot(world).execute(plan)
     assert outcome.result is PickResult.SLIPPED
     assert outcome.held_after_lift
     assert outcome.target_lost

@@ -22,8 +22,10 @@ from torc.benchmark.intervals import by_problem, mean, share
 from torc.episode.simulated import pictured_target
 from torc.problems.problem import load_problem
 from torc.problems.sets import problem_names
+from torc.records import TARGET_ID
 from torc.robots.names import DEFAULT_ROBOT
 from torc.specs.trial import PlannerSpec, TrialSpec
+from torc.trials.log import TrialResult
 from torc.trials.trial import run_trial
 from torc_lab.devices import connect_arm, connect_gripper
 from torc_lab.lab_file import Lab, example_labs, load_lab

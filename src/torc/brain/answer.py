@@ -161,7 +161,7 @@ class Answer:
         Only `id`, beside each object's label, is torc's own number: a VLM is shown it and answers with it
         (`exchanges`), and a user-defined planner may use it.
         """
-        decision = self.decision.to_plain()
+        decision, target_id = self.decision.to_plain(), self.look.context.scene.target_id
         del decision["object_id"]
         decision["evidence"] = evidence_in_labels(self.decision.evidence, self.labels)
         return {
@@ -172,7 +172,8 @@ class Answer:
             **decision,
             "eyes": self.eyes,
             "target_sought_by": str(self.sought),
-            "target_visible": self.look.context.scene.target_id is not None,
+            "target": HIDDEN if target_id is None else self.labels[target_id],
+            "target_visible": target_id is not None,
             "objects": [self._object(k) for k in self.ids],
             "left_out": list(self.left_out),
             "warnings": list(self.warnings),
