@@ -11,7 +11,6 @@ import numpy as np
 from jaxtyping import Float32, UInt8
 
 from torc.errors import InputError
-from torc.perception.stereo import depth_of_disparity
 from torc.records import Observation, StereoPair
 
 _LEAST_SHARE = 1 / 16
@@ -74,6 +73,15 @@ def full_size(image: Float32[np.ndarray, "h w"], shape: tuple[int, ...]) -> Floa
     if image.shape == shape:
         return image
     return np.asarray(cv2.resize(image, shape[::-1], interpolation=cv2.INTER_NEAREST_EXACT), np.float32)
+
+
+def depth_of_disparity(
+    disparity_px: Float32[np.ndarray, "h w"], fx: float, baseline_m: float
+) -> Float32[np.ndarray, "h w"]:
+    """Return depth along the optical axis, metres; 0 where there is no disparity."""
+    with np.errstate(divide="ignore"):
+        depth = np.float32(fx * baseline_m) / disparity_px
+    return np.where(disparity_px > 0, depth, np.float32(0))
 
 
 def with_disparity(

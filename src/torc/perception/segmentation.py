@@ -16,6 +16,7 @@ from torc.perception.image_kernels import (
     keep_objects,
     lift_pixels,
 )
+from torc.perception.protocol import Wanted
 from torc.records import (
     BACKGROUND,
     MAX_OBJECTS,
@@ -25,6 +26,7 @@ from torc.records import (
     SegmentedObject,
     SegmentedScene,
 )
+from torc.registry.kinds import PerceptionTraits
 from torc.registry.settings import ConfigTraits
 
 
@@ -150,6 +152,30 @@ def segment(
         target_id=TARGET_ID if reported[TARGET_ID] else None,
         background_points=_points(observation, depth, background),
     )
+
+
+class LabelPerception(PerceptionTraits):
+    """Takes the masks from a given label image (the paper's privileged perception)."""
+
+    needs_labels = True
+
+    def __init__(self, config: PerceptionConfig | None = None) -> None:
+        self.config = PerceptionConfig() if config is None else config
+
+    def perceive(
+        self,
+        observation: Observation,
+        wanted: Wanted | None = None,
+        before: SegmentedScene | None = None,
+        label_image: Int16[np.ndarray, "h w"] | None = None,
+    ) -> SegmentedScene:
+        """Return the objects under the labels, whatever is wanted. Raises InputError without labels."""
+        if label_image is None:
+            raise InputError(
+                "This snapshot has no label image. Give one (object id per pixel, -1 for the background), or use a "
+                "perception that finds the masks itself."
+            )
+        return segment(observation, label_image, self.config)
 
 
 def _pixel_counts(observation: Observation, label_image: np.ndarray) -> np.ndarray:

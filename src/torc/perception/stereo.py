@@ -1,11 +1,10 @@
-"""Compute depth from a rectified stereo pair: the stage `--depth sgbm`, and the protocol of matchers.
+"""Compute depth from a rectified stereo pair: the stage `--depth sgbm`.
 
 Pixels that a matcher did not find have no reading. Filled-in depth (as by a WLS filter) invents surfaces, which a
 collision check would believe.
 """
 
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import cv2
 import numpy as np
@@ -13,18 +12,9 @@ from jaxtyping import Float32, UInt8
 
 from torc.errors import InputError
 from torc.geometry.pixels import finer
+from torc.perception.disparity import depth_of_disparity, pair_of
 from torc.records import Observation, StereoPair
 from torc.registry.kinds import DepthTraits
-
-
-class StereoMatcher(Protocol):
-    """Finds, for each pixel of the left picture, where the right one shows that point."""
-
-    def match(
-        self, left: UInt8[np.ndarray, "h w"], right: UInt8[np.ndarray, "h w"]
-    ) -> tuple[Float32[np.ndarray, "h w"], Float32[np.ndarray, "h w"]]:
-        """Return disparity, pixels (0 where none was found), and confidence, 0 to 1."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -83,22 +73,13 @@ class SgbmMatcher:
     def match(
         self, left: UInt8[np.ndarray, "h w"], right: UInt8[np.ndarray, "h w"]
     ) -> tuple[Float32[np.ndarray, "h w"], Float32[np.ndarray, "h w"]]:
-        """Return disparity and confidence (1 where there is a disparity); see StereoMatcher."""
+        """Return disparity, pixels (0 where none was found), and confidence (1 where there is a disparity)."""
         n = self._disparities
         wide = [cv2.copyMakeBorder(p, 0, 0, n, 0, cv2.BORDER_REPLICATE) for p in (left, right)]
         found = self._sgbm.compute(*wide)[:, n:].astype(np.float32) / 16
         # A point that the right picture cannot show, left of its margin, has no match.
         found[(found <= 0) | (found > np.arange(left.shape[1]))] = 0
         return found, (found > 0).astype(np.float32)
-
-
-def depth_of_disparity(
-    disparity_px: Float32[np.ndarray, "h w"], fx: float, baseline_m: float
-) -> Float32[np.ndarray, "h w"]:
-    """Return depth along the optical axis, metres; 0 where there is no disparity."""
-    with np.errstate(divide="ignore"):
-        depth = np.float32(fx * baseline_m) / disparity_px
-    return np.where(disparity_px > 0, depth, np.float32(0))
 
 
 class SgbmDepth(DepthTraits):
@@ -112,12 +93,7 @@ class SgbmDepth(DepthTraits):
 
     def measure(self, observation: Observation) -> Observation:
         """Return the observation with depth from its pair. Raises InputError if it has none."""
-        pair = observation.pair
-        if pair is None:
-            raise InputError(
-                "--depth sgbm needs the two pictures of a stereo camera, and this snapshot has none. Use a stereo "
-                "camera, or --depth as-measured for the depth that the camera gives."
-            )
+        pair = pair_of(observation, "sgbm")
         return replace(observation, depth_m=sgbm_depth(pair, float(observation.K[0, 0]), self.config))
 
 

@@ -10,6 +10,7 @@ from jaxtyping import Bool, Float, Float32, Int16, UInt8
 from PIL import Image
 
 from torc.errors import InputError
+from torc.geometry.extent import Extent, extent
 from torc.io.pictures import eight_bit_picture
 from torc.perception.grab_cut import grab_cut
 from torc.records import KnownObject
@@ -65,6 +66,9 @@ class TargetConfig(Certainty):
     held_too_large: float = 15.0
 
 
+_FLYING = 0.02
+"""Share of an object's points that may be flying points at edges."""
+_LEAST_M = 0.005
 _TYPICAL_PIXELS = 1000.0
 _LEAST_P = 0.005
 """Limits how sure the belief before the pick counts, either way."""
@@ -72,6 +76,17 @@ _NEAR_PX = 4
 MAX_PICTURES = 24
 _MAX_SIDE_PX = 1024
 _LEAST_AGREEMENT = 0.2
+
+
+def size_in_sight(points: Float[np.ndarray, "n 3"]) -> Extent:
+    """Return length and thickness of a cloud, metres: least values, since hidden parts are missing."""
+    return extent(points, _FLYING)
+
+
+def stretch(seen_m: Sequence[tuple[float, float]], told_m: tuple[float, float]) -> Float[np.ndarray, "n 2"]:
+    """Return logarithms of how much longer and thicker things look than the target is."""
+    sizes_m = np.array(seen_m).reshape(-1, 2)
+    return np.asarray(np.log(np.maximum(sizes_m, _LEAST_M) / np.maximum(told_m, _LEAST_M)))
 
 
 def target_probabilities(
@@ -91,7 +106,7 @@ def target_probabilities(
         pixels: sizes of their masks.
         references: unit vectors of the reference pictures.
         config: weights.
-        stretched: see `torc.perception.extent.stretch`; None if the target's size is unknown.
+        stretched: see `stretch`; None if the target's size is unknown.
         brought_odds: see `torc.records.SegmentedScene`.
     """
     if len(looks) == 0:
@@ -118,7 +133,7 @@ def held_probability(
         cosine: to the nearest reference picture.
         before: the probability before the pick.
         config: weights of these.
-        stretched: see `torc.perception.extent.stretch`; None if the target's size is unknown.
+        stretched: see `stretch`; None if the target's size is unknown.
         rivals: how many others its looks fit equally well; see the function `rivals`.
     """
     before = min(max(before, _LEAST_P), 1 - _LEAST_P)

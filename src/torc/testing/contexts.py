@@ -8,9 +8,8 @@ import numpy as np
 from torc.errors import InputError
 from torc.occlusion.volume import empty_volume, update_volume
 from torc.perception.checked_scenes import ask_perception
-from torc.perception.privileged import LabelPerception
 from torc.perception.protocol import Wanted
-from torc.perception.segmentation import PerceptionConfig
+from torc.perception.segmentation import LabelPerception, PerceptionConfig
 from torc.records import (
     TARGET_ID,
     Capture,

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float
 
-from torc.geometry.transforms import unproject
+from torc.geometry.transforms import masked_points
 from torc.perception.embedded.inputs import PIXEL_M, View, Window
 from torc.records import VoxelGrid
 
@@ -48,13 +48,13 @@ def window_on(view: View, grid: VoxelGrid, multiple_px: int) -> tuple[Window, in
 
 def rising(view: View, grid: VoxelGrid) -> Bool[np.ndarray, "h w"]:
     """Return the pixels of what rises from the support within the grid's outline, without single ones."""
-    rows, cols = np.nonzero(view.depth_m > 0)
-    points = unproject(rows, cols, view.depth_m[rows, cols].astype(np.float64), view.K, view.T_world_camera)
+    read = view.depth_m > 0
+    points = masked_points(read, view.depth_m, view.K, view.T_world_camera)
     inside = ((points[:, :2] >= grid.origin[:2]) & (points[:, :2] <= grid.upper[:2])).all(axis=1)
     height = points[:, 2] - view.support_z_m
     least = max(_LEAST_M, NOISE * support_roughness(height[inside]))
     mask = np.zeros(view.depth_m.shape, np.uint8)
-    mask[rows, cols] = inside & (height > least) & (height < _MOST_M)
+    mask[read] = inside & (height > least) & (height < _MOST_M)
     return np.asarray(cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)) > 0)
 
 
