@@ -5,7 +5,7 @@ import numpy as np
 from jaxtyping import Bool, Float32, UInt8
 
 from torc.geometry.transforms import invert, unproject
-from torc.perception.grab_cut import grab_cut
+from torc.perception.target import grab_cut
 from torc.records import Observation
 from torc.robots.description import RobotDescription
 from torc.robots.kinematics import sphere_centers, tcp_pose

@@ -13,8 +13,8 @@ import numpy as np
 from jaxtyping import Float32, UInt8
 
 from torc.errors import InputError, MissingDependencyError
-from torc.perception.disparity import LearnedStereoConfig, pair_of, scaled, with_disparity
 from torc.perception.embedded.model import onnx_session
+from torc.perception.stereo import LearnedStereoConfig, pair_of, scaled, with_disparity
 from torc.records import Observation
 from torc.registry.kinds import DepthTraits
 

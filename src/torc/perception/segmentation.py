@@ -137,14 +137,14 @@ def segment(
         observation = replace(observation, depth_m=np.where(torn, np.float32(0), observation.depth_m))
     large = counts >= config.min_pixels
     large[TARGET_ID] = counts[TARGET_ID] >= config.min_target_pixels
-    pixels = _pixels(keep_objects(depth, label, large, slope, config.stride))
+    pixels = kernel_array(np.argwhere(keep_objects(depth, label, large, slope, config.stride)), np.int32)
     point_counts = np.bincount(label[pixels[:, 0], pixels[:, 1]], minlength=MAX_OBJECTS)
     reported = large & (point_counts >= config.min_points)
     if np.any(reported != large):
         pixels = pixels[reported[label[pixels[:, 0], pixels[:, 1]]]]
     objects = _objects(observation, depth, label, pixels, counts, slope, config)
     kept = keep_background(depth, label, reported, slope, config.background_stride)
-    background = _pixels(kept & ~_rims(label, reported, config.rim_px))
+    background = kernel_array(np.argwhere(kept & ~_rims(label, reported, config.rim_px)), np.int32)
     return SegmentedScene(
         observation=observation,
         label_image=label_image,
@@ -233,10 +233,6 @@ def _rims(
     masks = (label >= 0) & reported[np.maximum(label, 0)]
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * rim_px + 1, 2 * rim_px + 1))
     return np.asarray(cv2.dilate(masks.view(np.uint8), kernel), dtype=bool)
-
-
-def _pixels(keep: Bool[np.ndarray, "h w"]) -> Int32[np.ndarray, "n 2"]:
-    return kernel_array(np.argwhere(keep), np.int32)
 
 
 def _points(

@@ -12,7 +12,6 @@ from PIL import Image
 from torc.errors import InputError
 from torc.geometry.extent import Extent, extent
 from torc.io.pictures import eight_bit_picture
-from torc.perception.grab_cut import grab_cut
 from torc.records import KnownObject
 
 
@@ -261,3 +260,16 @@ def _standing_out(picture: UInt8[np.ndarray, "h w 3"]) -> Bool[np.ndarray, "h w"
     if found.mean() < 0.05:  # everything is alike: then all of it is the object
         found = np.ones((h, w), bool)
     return np.asarray(cv2.resize(found.view(np.uint8), (width, height), interpolation=cv2.INTER_NEAREST) > 0)
+
+
+def grab_cut(
+    rgb: UInt8[np.ndarray, "h w 3"], marks: UInt8[np.ndarray, "h w"], rounds: int
+) -> Bool[np.ndarray, "h w"]:
+    """Return what belongs to the marked foreground by colour (Rother et al. 2004).
+
+    `marks` are OpenCV's: GC_FGD and GC_BGD are certain, GC_PR_FGD and GC_PR_BGD a guess. They are overwritten.
+    """
+    cv2.setRNGSeed(0)
+    models = np.zeros((1, 65)), np.zeros((1, 65))
+    cv2.grabCut(np.ascontiguousarray(rgb), marks, (0, 0, 1, 1), *models, rounds, cv2.GC_INIT_WITH_MASK)
+    return np.isin(marks, (cv2.GC_FGD, cv2.GC_PR_FGD))

@@ -184,13 +184,10 @@ def _divide(
     source = np.where(inside & np.isin(carried, held), carried, BACKGROUND)
     rows, cols = ndimage.distance_transform_edt(source < 0, return_distances=False, return_indices=True)
     nearest = source[rows, cols]
-    for k, reading in zip(held, readings, strict=True):
-        part = mask if k == held[0] else len(sure)
-        label[inside & (nearest == k)] = part
-        if part == mask:
-            sure[mask] = reading
-        else:
-            sure.append(reading)
+    sure[mask] = readings[0]
+    for k, reading in zip(held[1:], readings[1:], strict=True):
+        label[inside & (nearest == k)] = len(sure)
+        sure.append(reading)
 
 
 def _still_there(

@@ -7,9 +7,9 @@ import numpy as np
 from jaxtyping import Bool
 
 from torc import Observation, Wanted
-from torc.perception.disparity import is_scaled
 from torc.perception.from_masks import FromMasks, FromMasksConfig, Masks
 from torc.perception.segmentation import valid_depth
+from torc.perception.stereo import is_scaled
 from torc.workspace.description import Workspace
 from torc_networks.addresses import ServerConfig
 from torc_networks.client import NetworkClient

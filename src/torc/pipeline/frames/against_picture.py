@@ -126,7 +126,11 @@ def _height_off(capture: Capture, plane: Plane, support_z_m: float) -> tuple[str
     if camera_m <= 0 or abs(plane.distance_m - camera_m) < _OFF_M:
         return ()
     unit = _fitting_unit(plane.distance_m / camera_m)
-    height_first = not unit or _is_height_likelier(plane.distance_m, seen_z_m, support_z_m)
+    # People leave out the table's height, or give 0 for anything within reach of a robot. The unit is likelier if the
+    # depth puts the camera at an unusual distance from the support.
+    low, high = _USUAL_DISTANCE_M
+    left_out = seen_z_m > support_z_m or (support_z_m == 0 and seen_z_m > -_DEEPEST_M)
+    height_first = not unit or (low < plane.distance_m < high and left_out)
     # Depth that is far too small can bring anything to the given height.
     if (height_first or seen_z_m < support_z_m) and _may_be_support(capture, support_z_m, seen_z_m):
         return ()
@@ -136,11 +140,10 @@ def _height_off(capture: Capture, plane: Plane, support_z_m: float) -> tuple[str
             f"{plane.distance_m:.2f} m. The depth's unit is probably wrong: {unit}. If not, check support_z_m.",
         )
     forgotten = " Was the height of the table left out?" if support_z_m == 0 else ""
-    check = f"Check support_z_m. If it is right, the depth's unit is wrong: {unit}."
+    instead = f" If these are right, the depth's unit is wrong: {unit}." if unit else ""
     return (
         f"The largest level surface in the picture is at z = {seen_z_m:.3f} m, not at support_z_m = "
-        f"{support_z_m:.3f} m.{forgotten} "
-        f"{check if unit else 'Check support_z_m, the pose of the camera and the unit of the depth.'}",
+        f"{support_z_m:.3f} m.{forgotten} Check support_z_m and the camera's pose.{instead}",
     )
 
 
@@ -167,18 +170,6 @@ def _fitting_unit(ratio: float) -> str:
     if abs(np.log(off / factor)) > _FACTOR_TOLERANCE:
         return ""
     return f"it would fit with a depth_scale {'smaller' if ratio > 1 else 'larger'} by a factor of {factor:g}"
-
-
-def _is_height_likelier(distance_m: float, seen_z_m: float, support_z_m: float) -> bool:
-    """Check whether a wrong support_z_m is likelier than a wrong unit of depth, where both would fit.
-
-    True if the depth puts the camera at a usual distance from the support, and the support at a usual height: above the
-    given one (people leave out the table's), or anywhere within reach of a robot if 0 is given.
-    """
-    low, high = _USUAL_DISTANCE_M
-    if not low < distance_m < high:
-        return False
-    return seen_z_m > support_z_m or (support_z_m == 0 and seen_z_m > -_DEEPEST_M)
 
 
 def along_rays_doubt(depth_m: Float32[np.ndarray, "h w"], K: Float[np.ndarray, "3 3"]) -> str:

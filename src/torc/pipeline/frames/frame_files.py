@@ -249,13 +249,11 @@ def _standing(where: str, capture: Capture, support_z_m: float) -> Float[np.ndar
     observation = capture.observation
     points = standing_points(observation, support_z_m)
     if len(points) < _FEWEST_POINTS:
-        placed = not observation.pose_estimated
-        at = f", at z = {support_z_m:.3f} m," if placed else ""
-        check = "camera pose, support_z_m and the depth's unit" if placed else "the depth's unit"
         raise InputError(
             f"{where}: nothing stands on the support: {len(points)} pixels show anything above the largest level "
-            f"surface in sight{at} and {np.mean(observation.depth_m > 0):.0%} have a reading of depth at all. Is the "
-            f"table empty, or does one object fill the picture? If not, check {check}.{_doubts(capture)}"
+            f"surface in sight, at z = {support_z_m:.3f} m, and {np.mean(observation.depth_m > 0):.0%} have a reading "
+            "of depth at all. Is the table empty, or does one object fill the picture? If not, check the depth's unit, "
+            f"and the camera pose and support_z_m if they are given.{_doubts(capture)}"
         )
     return points
 
