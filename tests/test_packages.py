@@ -90,6 +90,7 @@ DOORS = {
     "torc.perception.from_masks",
     "torc.perception.protocol",
     "torc.perception.segmentation",
+    "torc.perception.stereo",
     "torc.perception.target",
     "torc.pipeline.better_bet",
     "torc.pipeline.building",
