@@ -245,13 +245,8 @@ def _right_view(
     near objects: there is a strip that only the left camera sees. It has no reading, and all of its rays would count as
     unseen. The right camera looks through most of that space; what lies behind is hidden from it by the near object.
 
-    Args:
-        grid: where the voxels are.
-        view: of the left camera.
-        readings: its depth in metres, 0 for none; made from the pair.
-        pixel_bits: of the object that each of its pixels shows.
-        baseline_m: distance of the two cameras.
-        max_depth_m: a larger reading means free space as far as this.
+    `readings` are the left camera's depth, made from the pair; `pixel_bits` are those of the object that each of its
+    pixels shows.
     """
     K = kernel_array(view.K)
     T_right_world = invert(view.T_world_camera)

@@ -51,20 +51,7 @@ def ask_recognition(
     scene: SegmentedScene,
     object_id: int,
 ) -> float | None:
-    """Return the probability that the object in the hand is the target, as a perception gives it; None if it cannot
-    say.
-
-    Args:
-        perception: one with a method `recognise`.
-        observation: snapshot after the lift.
-        mask: pixels of the held object.
-        wanted: the target.
-        scene: the latest scene.
-        object_id: the held object's id in it.
-
-    Raises:
-        PartError: as in `ask_perception`, or the result is not a probability.
-    """
+    """Return what a perception's method `recognise` gives; see `Perception`. Raises PartError as `ask_perception`."""
     recognise: Any = perception.recognise  # type: ignore[attr-defined]
     p = _asked(
         "Perception",

@@ -88,8 +88,8 @@ def _boundary(
     f_lines = {int(i): outline(found == i) for i in f_ids}
     t_lines = {int(i): outline(true == i) for i in t_ids}
     pairs = [(f_lines[int(f)], t_lines[int(t)]) for f, t in matches]
-    hits_f = sum(np.count_nonzero(f & (cv2.dilate(t.view(np.uint8), disk) > 0)) for f, t in pairs)
-    hits_t = sum(np.count_nonzero(t & (cv2.dilate(f.view(np.uint8), disk) > 0)) for f, t in pairs)
+    hits_f = sum(int(np.count_nonzero(f & (cv2.dilate(t.view(np.uint8), disk) > 0))) for f, t in pairs)
+    hits_t = sum(int(np.count_nonzero(t & (cv2.dilate(f.view(np.uint8), disk) > 0))) for f, t in pairs)
     total_f, total_t = (sum(map(np.count_nonzero, lines.values())) for lines in (f_lines, t_lines))
     return _prf(hits_f, hits_t, total_f, total_t)
 

@@ -211,15 +211,9 @@ def with_disparity(
 ) -> Observation:
     """Return the observation with depth from a disparity.
 
-    There is no reading where the disparity is missing, not trusted, out of range, or leads left of the right picture's
-    margin.
-
-    Args:
-        observation: of the left camera.
-        disparity_px: of any size that `is_scaled` of the observation's, in its own pixels.
-        confidence: 0 to 1, of the disparity's size; None if the matcher reports none.
-        baseline_m: distance of the two cameras.
-        config: limits of depth and confidence.
+    The disparity is in its own pixels, of any size that `is_scaled` of the observation's; so is the confidence, 0 to 1.
+    There is no reading where the disparity is missing, not trusted, out of range, or leads left of the
+    right picture's margin.
     """
     shape = observation.depth_m.shape
     with np.errstate(invalid="ignore", over="ignore"):

@@ -98,15 +98,8 @@ def target_probabilities(
 ) -> Float[np.ndarray, "n"]:
     """Return the probability of each object to be the one on the reference pictures; at most one of them is.
 
-    A softmax over all of them, none, and what was delivered before.
-
-    Args:
-        looks: unit vectors of the objects.
-        pixels: sizes of their masks.
-        references: unit vectors of the reference pictures.
-        config: weights.
-        stretched: see `stretch`; None if the target's size is unknown.
-        brought_odds: see `torc.records.SegmentedScene`.
+    A softmax over all of them, none, and what was delivered before (`SegmentedScene.brought_odds`). Looks are unit
+    vectors; `stretched` is that of `stretch`, None if the target's size is unknown.
     """
     if len(looks) == 0:
         return np.zeros(0)
@@ -128,12 +121,8 @@ def held_probability(
 ) -> float:
     """Return the probability that an object in the hand is the target.
 
-    Args:
-        cosine: to the nearest reference picture.
-        before: the probability before the pick.
-        config: weights of these.
-        stretched: see `stretch`; None if the target's size is unknown.
-        rivals: how many others its looks fit equally well; see the function `rivals`.
+    By the cosine to the nearest reference picture, the probability `before` the pick, how much larger it is than the
+    target (`stretch`; None if that is unknown), and how many others its looks fit equally well (`rivals`).
     """
     before = min(max(before, _LEAST_P), 1 - _LEAST_P)
     odds = config.held_steepness * (cosine - config.held_likeness) + config.held_trust * np.log(

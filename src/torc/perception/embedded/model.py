@@ -22,9 +22,7 @@ _RIM = 1.12
 def segment_patch(inputs: Float32[np.ndarray, "c h w"], threads: int = 1) -> Float32[np.ndarray, "o h w"]:
     """Return probabilities per pixel: that it shows an object, then per offset that its partner shows that object.
 
-    The offsets are `instances.OFFSETS`.
-
-    Sides are multiples of MULTIPLE_PX. Raises MissingDependencyError without onnxruntime.
+    The offsets are `instances.OFFSETS`. Raises MissingDependencyError without onnxruntime.
     """
     return np.asarray(onnx_session(EYES, threads).run(None, {"inputs": inputs[None]})[0][0])
 

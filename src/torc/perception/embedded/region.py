@@ -22,10 +22,7 @@ _LEAST_SIDE_PX = 96
 def window_on(view: View, grid: VoxelGrid, multiple_px: int) -> tuple[Window, int, int] | None:
     """Return where to cut a patch, and its height and width, multiples of `multiple_px`; None if nothing rises.
 
-    Args:
-        view: the picture.
-        grid: objects stand within its outline.
-        multiple_px: see `MULTIPLE_PX`.
+    Objects stand within the grid's outline.
     """
     rises = rising(view, grid)
     if not rises.any():

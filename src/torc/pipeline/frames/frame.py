@@ -109,7 +109,7 @@ def _write_file(path: Path, capture: Capture, images: dict[str, np.ndarray], val
     values.pop("names", None)
     if capture.label_image is not None:
         values |= {"labels": capture.label_image, "background": BACKGROUND, "robot": ROBOT}
-    np.savez_compressed(path, **images, depth_m=capture.observation.depth_m, **values, **grid)
+    np.savez_compressed(path, **images, depth_m=capture.observation.depth_m, **values, **grid)  # type: ignore[arg-type]
 
 
 def _write_directory(

@@ -90,15 +90,9 @@ _OPEN_BY_PLAIN = {plain_name(n): remedy for n, remedy in _OPEN.items()}
 
 
 def our_names(where: str, keys: Iterable[str], known: tuple[str, ...]) -> dict[str, str]:
-    """Return our name of each key, leaving out those in UNUSED.
+    """Return our name of each key of a file, leaving out those in UNUSED; `known` are our names that it may hold.
 
-    Args:
-        where: the place, for messages.
-        keys: keys of the file.
-        known: our names that the frame's form may hold.
-
-    Raises:
-        InputError: a key is unknown, or two keys mean one entry.
+    Raises InputError, beginning with `where`, if a key is unknown, or two keys mean one entry.
     """
     by_plain = {plain_name(name): name for name in known} | _BY_PLAIN
     named: dict[str, str] = {}
