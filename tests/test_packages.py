@@ -86,7 +86,6 @@ DOORS = {
     "torc.perception.checked_scenes",
     "torc.perception.embedded.inputs",
     "torc.perception.embedded.perception",
-    "torc.perception.embedded.region",
     "torc.perception.from_masks",
     "torc.perception.protocol",
     "torc.perception.segmentation",

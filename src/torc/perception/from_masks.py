@@ -16,8 +16,8 @@ from jaxtyping import Bool, Float, Float32, Int16
 from torc.errors import PartError
 from torc.geometry.extent import Extent
 from torc.geometry.transforms import masked_points
+from torc.perception.embedded.inputs import NOISE, support_roughness
 from torc.perception.embedded.model import crop, describe
-from torc.perception.embedded.region import NOISE, support_roughness
 from torc.perception.protocol import Wanted
 from torc.perception.segmentation import REAL_CAMERA, PerceptionConfig, segment, valid_depth
 from torc.perception.target import (

@@ -38,15 +38,9 @@ def held_mask(
 ) -> Bool[np.ndarray, "h w"]:
     """Return the pixels of what is between the fingers: near the TCP, not the robot, and not there before.
 
-    No pixels if it cannot be seen.
-
-    Args:
-        observation: snapshot with the object lifted; its `qpos` is the arm's.
-        before_m: depth from this camera before the pick; 0 for no reading, and where the object itself was, since a box
-            that is lifted along its front shows an unchanged depth there.
-        robot: the robot.
-        width_m: the gripper's opening.
-        rough: depth has a sensor's errors, so that colour decides the outline.
+    No pixels if it cannot be seen. `before_m` is this camera's depth before the pick: 0 for no reading, and where
+    the object itself was, since a box that is lifted along its front shows an unchanged depth there. `width_m` is the
+    gripper's opening. If depth is `rough`, with a sensor's errors, colour decides the outline.
     """
     depth = np.nan_to_num(observation.depth_m)
     near = np.maximum(_STAYED_M, _STAYED_SHARE * depth)

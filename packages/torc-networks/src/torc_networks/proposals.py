@@ -17,8 +17,7 @@ import numpy as np
 from jaxtyping import Bool, Float32, Int64
 
 from torc import InputError, Observation
-from torc.perception.embedded.inputs import View
-from torc.perception.embedded.region import rising
+from torc.perception.embedded.inputs import View, rising
 from torc.perception.from_masks import Masks
 from torc.perception.segmentation import PerceptionConfig, valid_depth
 from torc.workspace.description import Workspace
@@ -98,7 +97,7 @@ def plausible(
     Args:
         proposals: what a network found.
         read: pixels with a depth reading.
-        rises: pixels of what rises from the support within the workspace (`embedded.region.rising`).
+        rises: pixels of what rises from the support within the workspace (`embedded.inputs.rising`).
         config: settings.
     """
     masks = proposals.masks

@@ -6,10 +6,17 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Float32, Int16
 
-from torc.perception.embedded.inputs import View, Window, channels, cut, hangs_upside_down, turned_over
+from torc.perception.embedded.inputs import (
+    View,
+    Window,
+    channels,
+    cut,
+    hangs_upside_down,
+    turned_over,
+    window_on,
+)
 from torc.perception.embedded.instances import OFFSETS, InstanceConfig, find_instances
 from torc.perception.embedded.model import MULTIPLE_PX, segment_patch
-from torc.perception.embedded.region import window_on
 from torc.perception.from_masks import FromMasks, FromMasksConfig, Masks
 from torc.perception.protocol import Wanted
 from torc.perception.segmentation import valid_depth

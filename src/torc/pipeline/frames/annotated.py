@@ -13,11 +13,10 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Int16
-from PIL import Image
 
 from torc.errors import InputError, UnknownNameError
 from torc.geometry.transforms import make_pose
-from torc.io.bounded import read_json
+from torc.io.bounded import read_json, read_pixels
 from torc.pipeline.frames.frame_files import load_frame
 from torc.records import BACKGROUND, Observation
 
@@ -108,8 +107,9 @@ def _picture(
     cameras: Mapping[str, Any] | None = None,
 ) -> AnnotatedPicture:
     """Read a picture; `support` are the labels of no object, `cameras` belong to the pictures beside it, if known."""
-    rgb, depth, label = (_pixels(path) for path in files)
-    rgb, depth, label = rgb[..., :3], _plane(depth), _plane(label)
+    rgb, depth, label = (read_pixels(path) for path in files)
+    rgb = rgb[..., :3]
+    depth, label = (image[..., 0] if image.ndim == 3 else image for image in (depth, label))
     if not rgb.shape[:2] == depth.shape == label.shape:
         raise InputError(
             f"{files[0]}: picture, depth and labels have other sizes: {rgb.shape}, {depth.shape}, {label.shape}."
@@ -143,18 +143,6 @@ def _camera(rgb: Path, cameras: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarr
         raise InputError(
             f"{rgb.parent.parent / 'scene_camera.json'} has no camera for {rgb.name}: {error}."
         ) from None
-
-
-def _plane(image: np.ndarray) -> np.ndarray:
-    return image[..., 0] if image.ndim == 3 else image
-
-
-def _pixels(path: Path) -> np.ndarray:
-    try:
-        with Image.open(path) as image:
-            return np.array(image)
-    except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
-        raise InputError(f"Cannot read {path}: {error}.") from error
 
 
 LAYOUTS: Mapping[str, tuple[Callable[[Path], _Found], str]] = {

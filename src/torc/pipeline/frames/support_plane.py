@@ -6,8 +6,7 @@ from jaxtyping import Float
 
 from torc.errors import InputError
 from torc.geometry.transforms import masked_points, unproject
-from torc.perception.embedded.inputs import View
-from torc.perception.embedded.region import rising
+from torc.perception.embedded.inputs import View, rising
 from torc.records import BACKGROUND, Capture, Observation, VoxelGrid
 
 _HORIZONTAL_COS = 0.966
