@@ -53,7 +53,10 @@ def held_mask(
     inside = (np.abs(local[:, :2]) < _ASIDE_M).all(axis=1)
     inside &= (local[:, 2] > -_BEHIND_M) & (local[:, 2] < _BEYOND_M)
     rows, cols, points, local = rows[inside], cols[inside], points[inside], local[inside]
-    free = ~_on_robot(points, robot, observation.qpos, width_m)
+    free = np.ones(len(points), bool)
+    centers = sphere_centers(robot, observation.qpos[None], np.array([width_m]))[0]
+    for center, radius in zip(centers, robot.spheres.radii, strict=True):
+        free &= ((points - center) ** 2).sum(axis=1) >= (radius + _ROBOT_M) ** 2
     mask = np.zeros(depth.shape, bool)
     mask[rows[free], cols[free]] = True
     seeds = free & (np.linalg.norm(local, axis=1) < _SEED_M)
@@ -63,16 +66,6 @@ def held_mask(
         other[rows[~free], cols[~free]] = True
         found = _by_color(observation.rgb, found, other)
     return found if np.count_nonzero(found) >= _LEAST_PX else np.zeros_like(mask)
-
-
-def _on_robot(
-    points: np.ndarray, robot: RobotDescription, qpos: np.ndarray, width_m: float
-) -> Bool[np.ndarray, "n"]:
-    centers = sphere_centers(robot, qpos[None], np.array([width_m]))[0]
-    out = np.zeros(len(points), bool)
-    for center, radius in zip(centers, robot.spheres.radii, strict=True):
-        out |= ((points - center) ** 2).sum(axis=1) < (radius + _ROBOT_M) ** 2
-    return out
 
 
 def _pieces(

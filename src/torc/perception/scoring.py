@@ -43,7 +43,9 @@ def score_masks(found: Int16[np.ndarray, "h w"], true: Int16[np.ndarray, "h w"])
     """Compare two label images; labels below 0 are not objects."""
     f_ids, t_ids = np.unique(found[found >= 0]), np.unique(true[true >= 0])
     if len(f_ids) == 0 or len(t_ids) == 0:
-        return _empty(len(f_ids), len(t_ids))
+        # As the published evaluations do: finding nothing where nothing is, is right.
+        p, r = float(len(f_ids) == 0), float(len(t_ids) == 0)
+        return MaskScore(p, r, p * r, p, r, p * r, r, 0.0, 0.0, 1 - r)
     common = np.array([[np.count_nonzero((found == f) & (true == t)) for t in t_ids] for f in f_ids], float)
     f_size = np.array([np.count_nonzero(found == f) for f in f_ids], float)
     t_size = np.array([np.count_nonzero(true == t) for t in t_ids], float)
@@ -66,13 +68,6 @@ def mean_score(scores: list[MaskScore]) -> MaskScore:
     if not scores:
         raise ValueError("There is no score to average.")
     return MaskScore(*(float(v) for v in np.mean([astuple(s) for s in scores], axis=0)))
-
-
-def _empty(found: int, true: int) -> MaskScore:
-    """Score empty images as the published evaluations do: finding nothing where nothing is, is right."""
-    good = float(found == 0 and true == 0)
-    p, r = (1.0 if found == 0 else 0.0), (1.0 if true == 0 else 0.0)
-    return MaskScore(p, r, good, p, r, good, r, 0.0, 0.0, float(true > 0))
 
 
 def _prf(hits_found: float, hits_true: float, found: float, true: float) -> tuple[float, float, float]:
