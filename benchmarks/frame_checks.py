@@ -23,12 +23,11 @@ from torc.geometry.transforms import make_pose, project, rotation_about, unproje
 from torc.perception.noise import NoiseConfig, add_sensor_noise
 from torc.perception.stereo import SgbmConfig, sgbm_depth
 from torc.perception.tof import TofConfig, tof_depth
-from torc.pipeline.frames.against_picture import doubts
-from torc.pipeline.frames.along_rays import along_rays_doubt
+from torc.pipeline.frames.against_picture import along_rays_doubt, doubts
 from torc.pipeline.frames.registration import registration_doubt
 from torc.problems.problem import load_problem
 from torc.problems.sets import select_problems
-from torc.records import Observation
+from torc.records import Capture, Observation
 from torc.sim.rendering import CameraRenderer
 from torc.sim.simulated_world import build_world
 from torc.sim.stereo_camera import stereo_pair
@@ -108,7 +107,7 @@ def _measured(
 ) -> Float32[np.ndarray, "h w"]:
     if sensor == "noise":
         noise = NoiseConfig(rng.uniform(0.001, 0.006), 3, rng.uniform(0, 0.6), rng.uniform(0, 0.5), 0.01)
-        return add_sensor_noise(exact, noise, rng).depth_m
+        return add_sensor_noise(Capture(exact), noise, rng).observation.depth_m
     if sensor == "stereo":
         cameras = rig(rng)
         right = renderer.render(exact.T_world_camera @ make_pose(np.eye(3), [cameras.baseline_m, 0, 0]))
@@ -134,11 +133,11 @@ def count(case: Case, counts: Counter[tuple[str, str]]) -> None:
     rows, cols = np.mgrid[: o.depth_m.shape[0], : o.depth_m.shape[1]]
     points = unproject(rows, cols, np.ones(o.depth_m.shape), o.K, np.eye(4))
     along_rays = o.depth_m * np.linalg.norm(points, axis=-1).astype(np.float32)
-    tall = next(iter(doubts(o, 0.0)), "")
+    tall = next(iter(doubts(Capture(o), 0.0)), "")
     counts.update(
         {
             (sensor, "pictures"): 1,
-            (sensor, "pose or height doubted"): int(doubts(o, case.support_z_m) != ()),
+            (sensor, "pose or height doubted"): int(doubts(Capture(o), case.support_z_m) != ()),
             (sensor, "rays doubted"): int(along_rays_doubt(o.depth_m, o.K) != ""),
             (sensor, "rays noticed"): int(along_rays_doubt(along_rays, o.K) != ""),
             (sensor, "colour doubted"): int(registration_doubt(o.rgb, o.depth_m) != ""),

@@ -16,7 +16,7 @@ import numpy as np
 from torc.drawing.marking import mark_image
 from torc.geometry.transforms import project
 from torc.occlusion.volume import empty_volume, update_volume
-from torc.perception.privileged import LabelPerception
+from torc.perception.segmentation import LabelPerception
 from torc.records import Observation, VoxelGrid
 from torc.testing.synthetic import (
     Shape,

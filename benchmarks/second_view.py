@@ -1,4 +1,4 @@
-"""What the right camera of a stereo pair adds to the occlusion volume (`torc.occlusion.second_view`).
+"""What the right camera of a stereo pair adds to the occlusion volume (`torc.occlusion.volume`).
 
     python -m benchmarks.second_view
 

@@ -159,7 +159,7 @@ def test_the_code_on_the_page_on_frames_runs(beside_the_examples, capsys):
 
 def test_the_page_on_frames_names_every_key():
     text = (ROOT / "docs" / "frames.md").read_text()
-    keys = {*forms.IMAGES, *forms.FILE_KEYS, *forms.DIRECTORY_KEYS}
+    keys = {*forms.IMAGES, *forms.KEYS}
     assert {key for key in keys if f"`{key}`" not in text} == set()
 
 

@@ -10,9 +10,8 @@ from torc.episode.loop import Episode
 from torc.episode.steps import EpisodeConfig
 from torc.grasping.geometric_planner import GeometricGraspPlanner
 from torc.motion.protocol import PickRequest
-from torc.perception.privileged import LabelPerception
 from torc.perception.protocol import Perception, Wanted
-from torc.perception.segmentation import PerceptionConfig, segment
+from torc.perception.segmentation import LabelPerception, PerceptionConfig, segment
 from torc.pipeline.building import System
 from torc.pipeline.look import Pipeline
 from torc.records import (

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from torc.errors import InputError
-from torc.perception.extent import stretch
 from torc.perception.protocol import Wanted
 from torc.perception.target import (
     TargetConfig,
@@ -14,6 +13,7 @@ from torc.perception.target import (
     held_probability,
     reference_mask,
     rivals,
+    stretch,
     target_probabilities,
 )
 from torc.records import KnownObject

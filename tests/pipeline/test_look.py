@@ -11,9 +11,8 @@ from torc.geometry.transforms import invert, transform_points
 from torc.grasping.geometric_planner import GeometricGraspPlanner
 from torc.occlusion.volume import FIXED_REAL_CAMERA, empty_volume
 from torc.perception.checked_scenes import ask_camera
-from torc.perception.privileged import LabelPerception
 from torc.perception.protocol import Wanted
-from torc.perception.segmentation import PerceptionConfig, segment
+from torc.perception.segmentation import LabelPerception, PerceptionConfig, segment
 from torc.pipeline.failures import FailedGrasp
 from torc.pipeline.look import Pipeline
 from torc.pipeline.touch import touched_points, with_touched

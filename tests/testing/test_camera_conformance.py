@@ -35,9 +35,9 @@ def test_good_ones_pass_with_a_pair_also_without_depth():
     [
         ({"depth_m": 0 * SEEN.depth_m}, "no pixel has a depth"),
         ({"depth_m": 1000 * SEEN.depth_m}, "metres, not millimetres"),
-        ({"K": SEEN.K / 4}, "3x3 intrinsics"),
-        ({"K": SEEN.K @ np.diag([1, 1, 3.0]) / np.array([[1], [1], [3]])}, "another image size"),
-        ({"T_world_camera": 2 * np.eye(4)}, "rigid"),
+        ({"K": SEEN.K / 4}, "no intrinsics"),
+        ({"K": SEEN.K @ np.diag([1, 1, 3.0]) / np.array([[1], [1], [3]])}, "another size"),
+        ({"T_world_camera": 2 * np.eye(4)}, "not a rotation"),
         ({"pair": StereoPair(GREY[:-1], GREY[:-1], 0.1)}, "as large as depth_m"),
         ({"pair": StereoPair(GREY, GREY, -0.1)}, "above 0"),
     ],

@@ -17,7 +17,7 @@ from tools.grasp_model.scenes import without
 from torc.errors import InputError, PhysicsError
 from torc.generation.arrangements import StructuredConfig, drop_arrangement, structured_arrangement
 from torc.generation.sampling import sample_models
-from torc.perception.embedded.crops import crop
+from torc.perception.embedded.model import crop
 from torc.perception.stereo import SgbmConfig, sgbm_depth
 from torc.problems.problem import Problem
 from torc.problems.schema import Category

@@ -24,7 +24,7 @@ from tools.eyes.measure import network_masks, true_label, whole_patch
 from tools.eyes.network import Descriptor
 from tools.eyes.shipped import shipped_descriptor
 from tools.eyes.train import schedule
-from torc.perception.embedded.crops import SIDE_PX, crop, descriptor_inputs
+from torc.perception.embedded.model import SIDE_PX, crop, descriptor_inputs
 from torc.perception.embedded.perception import uncut
 
 _MIN_PIXELS = 60

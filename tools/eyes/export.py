@@ -9,8 +9,8 @@ from onnx import helper, numpy_helper
 from torch import Tensor, nn
 
 from tools.eyes.network import Descriptor, Eyes
-from torc.perception.embedded.crops import SIDE_PX
 from torc.perception.embedded.inputs import CHANNELS
+from torc.perception.embedded.model import SIDE_PX
 
 _OPSET = 17
 _SMALL = 256

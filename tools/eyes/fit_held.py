@@ -18,12 +18,16 @@ from torc.episode.simulated import simulated_robot
 from torc.episode.steps import EpisodeConfig
 from torc.geometry.extent import Extent
 from torc.objects.library import load_object
-from torc.perception.embedded.crops import crop
-from torc.perception.embedded.model import describe
+from torc.perception.embedded.model import crop, describe
 from torc.perception.embedded.perception import EmbeddedPerception
-from torc.perception.extent import size_in_sight, stretch
 from torc.perception.protocol import Wanted
-from torc.perception.target import TargetConfig, held_probability, target_probabilities
+from torc.perception.target import (
+    TargetConfig,
+    held_probability,
+    size_in_sight,
+    stretch,
+    target_probabilities,
+)
 from torc.pipeline.building import System, build_system
 from torc.problems.problem import Problem
 from torc.records import Decision, Observation, SegmentedScene

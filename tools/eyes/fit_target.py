@@ -15,13 +15,18 @@ from tools.grasp_model.scenes import SceneConfig, make_scene
 from torc.episode.identity import shown_by
 from torc.geometry.extent import Extent
 from torc.objects.library import load_object
-from torc.perception.embedded.crops import crop
-from torc.perception.embedded.model import describe
+from torc.perception.embedded.model import crop, describe
 from torc.perception.embedded.perception import EmbeddedConfig, EmbeddedPerception
-from torc.perception.extent import size_in_sight, stretch
 from torc.perception.protocol import Wanted
 from torc.perception.stereo import SgbmDepth
-from torc.perception.target import TargetConfig, choose_target, reference_mask, target_probabilities
+from torc.perception.target import (
+    TargetConfig,
+    choose_target,
+    reference_mask,
+    size_in_sight,
+    stretch,
+    target_probabilities,
+)
 from torc.problems.problem import Problem
 from torc.sim.portraits import size_by_ruler, turn_table
 from torc.sim.robot import SimulatedCamera

@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Literal
 
@@ -34,22 +35,18 @@ class RecordedCamera(CameraTraits):
 
     def __init__(self, config: RecordedConfig | None = None) -> None:
         self.config = RecordedConfig() if config is None else config
-        self._frames: list[Path] | None = None
         self._next = 0
 
-    def capture(self) -> Capture:
-        """The next frame; `stamp_s` is its number, from 0. Raises CameraError after the last one, if so set, and
-        InputError for frames that cannot be read, if there is none, and where a pose cannot be estimated.
+    @cached_property
+    def _frames(self) -> list[Path]:
+        return find_frames(self.config.path)
+
+    def capture(self, *, level: bool = True) -> Capture:
+        """Return the next frame; `stamp_s` is its number, from 0.
+
+        Without `level` a missing pose is the identity, not estimated. Raises CameraError after the last one, if so set,
+        and InputError for frames that cannot be read, if there is none, and where a pose cannot be estimated.
         """
-        return self._play(level=True)
-
-    def unplaced(self) -> Observation:
-        """The same frame, where its pose is missing and could not be estimated: it is the identity then."""
-        return self._play(level=False).observation
-
-    def _play(self, *, level: bool) -> Capture:
-        if self._frames is None:
-            self._frames = find_frames(self.config.path)
         if self._next >= len(self._frames) and self.config.at_end == "raise":
             raise CameraError(
                 f"All {len(self._frames)} frames of '{self.config.path}' were played. --camera.at-end stay repeats the "
@@ -60,9 +57,14 @@ class RecordedCamera(CameraTraits):
         self._next += 1
         return replace(capture, observation=replace(capture.observation, stamp_s=float(number)))
 
+    def unplaced(self) -> Observation:
+        """Return the next frame, with the identity for a missing pose."""
+        return self.capture(level=False).observation
+
     def close(self) -> None:
-        """Begins again with the first frame."""
-        self._frames, self._next = None, 0
+        """Begin again with the first frame."""
+        self.__dict__.pop("_frames", None)
+        self._next = 0
 
 
 def find_frames(path: str) -> list[Path]:

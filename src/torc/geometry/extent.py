@@ -1,5 +1,6 @@
 """Measure how long and how thick a cloud of points is."""
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -66,6 +67,7 @@ def _longest(points: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "k 
     return float((at[len(at) - 1 - left_out] - at[left_out]).max())
 
 
+@cache
 def spiral(n: int, half: bool = False) -> Float[np.ndarray, "n 3"]:
     """Return unit vectors spread evenly over a sphere, or over its upper half (a Fibonacci spiral)."""
     k = np.arange(n) + 0.5

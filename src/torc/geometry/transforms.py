@@ -1,7 +1,7 @@
 """Rigid transforms as 4x4 matrices, quaternions wxyz; the pinhole camera in the OpenCV frame; arrays for kernels."""
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from numpy.typing import ArrayLike, DTypeLike
 
 Pose = Float[np.ndarray, "4 4"]
@@ -100,6 +100,14 @@ def unproject(
     x = (cols - K[0, 2]) / K[0, 0] * depth_m
     y = (rows - K[1, 2]) / K[1, 1] * depth_m
     return np.stack([x, y, depth_m], axis=-1) @ T_world_camera[:3, :3].T + T_world_camera[:3, 3]
+
+
+def masked_points(
+    mask: Bool[np.ndarray, "h w"], depth_m: np.ndarray, K: np.ndarray, T_world_camera: Pose
+) -> Float[np.ndarray, "n 3"]:
+    """Return world points of the pixels in a mask, row by row; all of them have a depth along the optical axis."""
+    rows, cols = np.nonzero(mask)
+    return unproject(rows, cols, depth_m[mask].astype(float), K, T_world_camera)
 
 
 def project(

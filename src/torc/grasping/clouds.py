@@ -7,7 +7,6 @@ from jaxtyping import Float
 from numba import njit
 
 from torc.geometry.extent import spiral
-from torc.geometry.transforms import kernel_array
 from torc.grasping.cells import PointCells, group, thin_out
 from torc.grasping.completion import Completion, complete
 from torc.grasping.config import CloudConfig
@@ -90,6 +89,7 @@ def build_clouds(
             continue
         felt = np.asarray(o.felt, dtype=points.dtype)
         done = complete(points, normals, felt, camera[:3, 3], o.id, volume, support_z_m, config)
+        surface, outward = (np.array(a, dtype=np.float64, order="C") for a in (o.points, o.normals))
         both = np.concatenate([points, felt, done.points])
         known = (np.arange(len(both)) < len(points) + len(felt)).astype(np.int64)
         cloud = ObjectCloud(
@@ -102,7 +102,7 @@ def build_clouds(
             hull=both[np.unique(np.argmax(both @ spiral(_HULL_DIRECTIONS).T, axis=0))],
             completion=done,
             pixel_count=o.pixel_count,
-            roughness_m=_roughness(kernel_array(o.points), kernel_array(o.normals), _NEAR_M, _SAMPLES),
+            roughness_m=_roughness(surface, outward, _NEAR_M, _SAMPLES),
             support_roughness_m=support_roughness_m,
             sureness=sureness.get(o.id, 1.0),
         )

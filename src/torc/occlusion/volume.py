@@ -6,7 +6,6 @@ there. An unknown voxel carries the bit of the object whose pixel hides it. Of a
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -25,8 +24,7 @@ from torc.occlusion.projection_kernels import (
     project_voxels,
     vote_labels,
 )
-from torc.occlusion.second_view import right_view
-from torc.records import BACKGROUND, EMPTY, OcclusionVolume, SegmentedObject, SegmentedScene, VoxelGrid
+from torc.records import BACKGROUND, EMPTY, Observation, OcclusionVolume, SegmentedScene, VoxelGrid
 
 
 @dataclass(frozen=True)
@@ -106,40 +104,24 @@ def update_volume(
     grid, view = volume.grid, scene.observation
     surface = surface_labels(grid, scene, config)
     readings = _readings(scene, config)
-    rays = _rays(volume, scene, readings, config)
+    depth_m, pixel_bits, disturbed, bridged = _rays(volume, scene, readings, config)
     origin, voxel_m = kernel_array(grid.origin), float(grid.voxel_size_m)
     K, T_world_camera = kernel_array(view.K), kernel_array(view.T_world_camera)
     T_camera_world = kernel_array(invert(view.T_world_camera))
     state, bits, near_behind = project_voxels(
-        grid.shape,
-        origin,
-        voxel_m,
-        T_camera_world,
-        K,
-        rays.depth_m,
-        rays.bits,
-        rays.disturbed,
-        config.object_depth_m,
+        grid.shape, origin, voxel_m, T_camera_world, K, depth_m, pixel_bits, disturbed, config.object_depth_m
     )
     hold_bridged(
-        rays.bridged,
-        rays.depth_m,
-        rays.bits,
-        rays.disturbed,
-        K,
-        T_world_camera,
-        origin,
-        voxel_m,
-        state,
-        bits,
-        near_behind,
+        bridged, depth_m, pixel_bits, disturbed, K, T_world_camera, origin, voxel_m, state, bits, near_behind
     )
     seen_now = (state == FREE) | (surface != EMPTY)
     if view.pair is not None:
         of_pixels = _bits_by_label(scene)[scene.label_image.astype(np.uint8)]
-        right = right_view(grid, view, readings, of_pixels, view.pair.baseline_m, config.max_depth_m)
-        seen_now |= right.free
-        bits = np.where((state == NO_READING) & (bits == 0), right.bits, bits)
+        free, hidden_by = _right_view(
+            grid, view, readings, of_pixels, view.pair.baseline_m, config.max_depth_m
+        )
+        seen_now |= free
+        bits = np.where((state == NO_READING) & (bits == 0), hidden_by, bits)
     if config.out_of_view_is_free:
         seen_now |= state == OUT_OF_VIEW
     seen = seen_now | (volume.seen & ~near_behind)
@@ -164,27 +146,20 @@ def surface_labels(
     return np.where(label == EMPTY, background, label)
 
 
-class _Rays(NamedTuple):
-    """What a snapshot shows along each pixel's ray.
-
-    depth_m: how far space is free; 0 if that is not known.
-    bits: of the object that hides what lies behind, see `_bits_by_label`.
-    disturbed: whether it shows an object where free space was seen before.
-    bridged: row and column of the pixels that show an object only by the readings around them.
-    """
-
-    depth_m: Float32[np.ndarray, "h w"]
-    bits: UInt64[np.ndarray, "h w"]
-    disturbed: Bool[np.ndarray, "h w"]
-    bridged: Int32[np.ndarray, "n 2"]
-
-
 def _rays(
     volume: OcclusionVolume,
     scene: SegmentedScene,
     readings: Float32[np.ndarray, "h w"],
     config: OcclusionConfig,
-) -> _Rays:
+) -> tuple[
+    Float32[np.ndarray, "h w"], UInt64[np.ndarray, "h w"], Bool[np.ndarray, "h w"], Int32[np.ndarray, "n 2"]
+]:
+    """Return what a snapshot shows along each pixel's ray.
+
+    That is how far space is free, 0 if that is not known; the bits of the object that hides what lies behind, see
+    `_bits_by_label`; whether the pixel shows an object where free space was seen before; row and column of the pixels
+    that show an object only by the readings around them.
+    """
     readings, label = np.minimum(readings, np.float32(config.max_depth_m)), _labels(scene, config)
     K = scene.observation.K
     depth_m, source = bridge_holes(readings, label, float(min(K[0, 0], K[1, 1])), config.hole_rad)
@@ -194,7 +169,7 @@ def _rays(
         depth_m[(depth_m == 0) & (label == BACKGROUND)] = config.max_depth_m
     if config.smooth_px:
         depth_m = cv2.medianBlur(depth_m, _smooth_px(scene, config))
-    return _Rays(
+    return (
         kernel_array(depth_m, np.float32),
         kernel_array(_bits_by_label(scene)[label.astype(np.uint8)], np.uint64),
         kernel_array(_disturbed_pixels(volume, scene, config).ravel()[source], np.bool_),
@@ -237,36 +212,89 @@ def _bits_by_label(scene: SegmentedScene) -> UInt64[np.ndarray, "256"]:
 def _disturbed_pixels(
     volume: OcclusionVolume, scene: SegmentedScene, config: OcclusionConfig
 ) -> Bool[np.ndarray, "h w"]:
-    """Return pixels that show an object where free space was seen before: something moved there."""
+    """Return pixels that show an object where free space was seen before: something moved there.
+
+    They are all of the object's pixels if a large share lies there.
+    """
     disturbed = np.zeros(scene.label_image.shape, dtype=bool)
     if volume.snapshots == 0:
         return disturbed
+    origin, voxel_m = kernel_array(volume.grid.origin), float(volume.grid.voxel_size_m)
+    seen, surface = kernel_array(volume.seen, np.bool_), kernel_array(volume.surface_label, np.int16)
     for o in scene.objects:
-        pixels = _moved_pixels(volume, o, config)
-        disturbed[pixels[:, 0], pixels[:, 1]] = True
+        moved = points_in_free_space(kernel_array(o.points, np.float32), origin, voxel_m, seen, surface)
+        count = np.count_nonzero(moved)
+        if count >= config.min_moved_points:
+            pixels = o.pixels if count >= config.moved_share * len(moved) else o.pixels[moved]
+            disturbed[pixels[:, 0], pixels[:, 1]] = True
     return disturbed
 
 
-def _moved_pixels(volume: OcclusionVolume, o: SegmentedObject, config: OcclusionConfig) -> np.ndarray:
-    """Return the pixels of an object in formerly free space; all of its pixels if they are a large share."""
-    grid = volume.grid
-    moved = points_in_free_space(
-        kernel_array(o.points, np.float32),
-        kernel_array(grid.origin),
+def _right_view(
+    grid: VoxelGrid,
+    view: Observation,
+    readings: Float32[np.ndarray, "h w"],
+    pixel_bits: UInt64[np.ndarray, "h w"],
+    baseline_m: float,
+    max_depth_m: float,
+) -> tuple[Bool[np.ndarray, "nx ny nz"], UInt64[np.ndarray, "nx ny nz"]]:
+    """Return which voxels the right camera of a view's pair saw through, and the bits of what hides others from it.
+
+    A reading is a point that both cameras saw, so nothing lies between it and either of them. That matters most beside
+    near objects: there is a strip that only the left camera sees. It has no reading, and all of its rays would count as
+    unseen. The right camera looks through most of that space; what lies behind is hidden from it by the near object.
+
+    `readings` are the left camera's depth, made from the pair; `pixel_bits` are those of the object that each of its
+    pixels shows.
+    """
+    K = kernel_array(view.K)
+    T_right_world = invert(view.T_world_camera)
+    T_right_world[0, 3] -= baseline_m
+    depth_m, source = _to_right(readings, float(K[0, 0]) * baseline_m)
+    depth_m = np.minimum(depth_m, np.float32(max_depth_m))
+    bits = np.where(source >= 0, pixel_bits.ravel()[source], np.uint64(0))
+    origin, undisturbed = kernel_array(grid.origin), np.zeros(depth_m.shape, np.bool_)
+    state, hidden_by, _ = project_voxels(
+        grid.shape,
+        origin,
         float(grid.voxel_size_m),
-        kernel_array(volume.seen, np.bool_),
-        kernel_array(volume.surface_label, np.int16),
+        kernel_array(T_right_world),
+        K,
+        depth_m,
+        bits,
+        undisturbed,
+        0.0,
     )
-    count = np.count_nonzero(moved)
-    if count < config.min_moved_points:
-        return o.pixels[:0]
-    return o.pixels if count >= config.moved_share * len(moved) else o.pixels[moved]
+    return state == FREE, hidden_by
+
+
+@njit(cache=True)
+def _to_right(
+    depth: Float32[np.ndarray, "h w"], focal_times_baseline: float
+) -> tuple[Float32[np.ndarray, "h w"], Int32[np.ndarray, "h w"]]:
+    """Return the nearest reading within a pixel of each right pixel (0: none), and the left pixel it is of (-1: none).
+
+    Within a pixel: near things become a little wider, and what lies behind them never shows through.
+    """
+    height, width = depth.shape
+    right = np.zeros((height, width), np.float32)
+    source = np.full((height, width), -1, np.int32)
+    for row in range(height):
+        for col in range(width):
+            d = depth[row, col]
+            if d == 0:
+                continue
+            shown = int(np.floor(col - focal_times_baseline / d + 0.5))
+            for r in range(max(row - 1, 0), min(row + 2, height)):
+                for c in range(max(shown - 1, 0), min(shown + 2, width)):
+                    if right[r, c] == 0 or d < right[r, c]:
+                        right[r, c], source[r, c] = d, row * width + col
+    return right, source
 
 
 def hidden_volumes_m3(volume: OcclusionVolume, ids: Iterable[int]) -> Float[np.ndarray, "n"]:
     """Return OcclusionVolume.hidden_volume_m3 of many objects in one pass."""
-    counts = _count_bits(kernel_array(volume.hidden_by, np.uint64).ravel())
-    return counts[list(ids)] * volume.grid.voxel_size_m**3
+    return _hidden_m3(volume.hidden_by, ids, volume.grid.voxel_size_m)
 
 
 def hidden_near_m3(
@@ -276,19 +304,9 @@ def hidden_near_m3(
     low = np.maximum(volume.grid.index_of(points.min(axis=0) - reach_m), 0)
     high = np.maximum(volume.grid.index_of(points.max(axis=0) + reach_m) + 1, 0)
     box = tuple(slice(a, b) for a, b in zip(low.tolist(), high.tolist()))
-    counts = _count_bits(kernel_array(volume.hidden_by[box], np.uint64).ravel())
-    return counts[list(ids)] * volume.grid.voxel_size_m**3
+    return _hidden_m3(volume.hidden_by[box], ids, volume.grid.voxel_size_m)
 
 
-@njit(cache=True)
-def _count_bits(masks):
-    """Count how many of the masks have each bit set."""
-    counts = np.zeros(64, np.int64)
-    for mask in masks:
-        bit = 0
-        while mask != np.uint64(0):
-            if mask & np.uint64(1):
-                counts[bit] += 1
-            mask >>= np.uint64(1)
-            bit += 1
-    return counts
+def _hidden_m3(masks: UInt64[np.ndarray, "nx ny nz"], ids: Iterable[int], voxel_size_m: float) -> np.ndarray:
+    counts = [np.count_nonzero(masks & (np.uint64(1) << np.uint64(k))) for k in ids]
+    return np.array(counts, dtype=np.int64) * voxel_size_m**3

@@ -1,7 +1,6 @@
 """Ask any perception, camera or depth, and check that its result can be used."""
 
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -23,7 +22,6 @@ from torc.registry.kinds import PERCEPTIONS
 from torc.registry.loading import blamed, kind_of_value
 from torc.robots.protocols import Camera, Robot
 
-_HELP = "torc.testing.perception_conformance checks a perception against all rules (docs/extending.md)."
 _UNIT_TOLERANCE = 1e-3
 
 
@@ -34,47 +32,65 @@ def ask_perception(
 
     Raises PartError if it crashed or did not return a scene of this snapshot; its own TorcError passes unchanged.
     """
-    what = f"Perception {type(perception).__name__}"
     needs_labels = PERCEPTIONS.traits(perception).needs_labels
     given: dict[str, Any] = {"label_image": capture.label_image} if needs_labels else {}
-    with blamed(what, PartError, _HELP):
-        scene: Any = perception.perceive(capture.observation, wanted, before, **given)
-    for fault in scene_faults(scene, capture.observation):
-        raise PartError(f"{what} gave no valid scene: {fault}. {_HELP}")
+    scene: SegmentedScene = _asked(
+        "Perception",
+        perception,
+        lambda: perception.perceive(capture.observation, wanted, before, **given),
+        lambda scene: scene_faults(scene, capture.observation),
+    )
     return scene
+
+
+def ask_recognition(
+    perception: Perception,
+    observation: Observation,
+    mask: Bool[np.ndarray, "h w"],
+    wanted: Wanted,
+    scene: SegmentedScene,
+    object_id: int,
+) -> float | None:
+    """Return what a perception's method `recognise` gives; see `Perception`. Raises PartError as `ask_perception`."""
+    recognise: Any = perception.recognise  # type: ignore[attr-defined]
+    p = _asked(
+        "Perception",
+        perception,
+        lambda: recognise(observation, mask, wanted, scene, object_id),
+        lambda p: [] if p is None or 0 <= p <= 1 else [f"recognise returned {p!r}, which is no probability"],
+    )
+    return None if p is None else float(p)
 
 
 def ask_camera(camera: Camera | Robot) -> Capture:
     """Return a snapshot from a camera, or from a robot that has one. Raises PartError as `ask_perception`."""
-    with _judged("Camera", camera) as refuse:
-        seen: Any = camera.capture()
-        capture = as_capture(seen)
-        refuse(observation_faults(capture.observation, "capture()"))
-        if capture.label_image is not None and capture.label_image.shape != capture.observation.depth_m.shape:
-            refuse(["its label image has another size than depth_m"])
+    capture: Capture = _asked("Camera", camera, lambda: as_capture(camera.capture()), _capture_faults)
     return capture
+
+
+def _capture_faults(capture: Capture) -> Iterator[str]:
+    yield from observation_faults(capture.observation, "capture()")
+    if capture.label_image is not None and capture.label_image.shape != capture.observation.depth_m.shape:
+        yield "its label image has another size than depth_m"
 
 
 def ask_depth(depth: Depth, observation: Observation) -> Observation:
     """Return the snapshot with the depth to use. Raises PartError as `ask_perception`."""
-    with _judged("Depth", depth) as refuse:
-        measured = depth.measure(observation)
-        refuse(observation_faults(measured, "measure()"))
+    measured: Observation = _asked(
+        "Depth", depth, lambda: depth.measure(observation), lambda seen: observation_faults(seen, "measure()")
+    )
     return measured
 
 
-@contextmanager
-def _judged(kind: str, part: object) -> Iterator[Callable[[Iterable[str]], None]]:
-    """Blame a part for errors in the block, and for the faults that the block passes on."""
-    what = f"{kind} {type(part).__name__}"
-    remedy = f"torc.testing.{kind.lower()}_conformance checks a {kind.lower()} against all rules (docs/extending.md)."
-
-    def refuse(faults: Iterable[str]) -> None:
-        for fault in faults:
-            raise PartError(f"{what} gave no valid observation: {fault}. {remedy}")
-
+def _asked(kind: str, part: object, ask: Callable[[], Any], faults: Callable[[Any], Iterable[str]]) -> Any:
+    """Return a part's answer. Raises PartError if it crashed, or for the first fault of its answer."""
+    what, name = f"{kind} {type(part).__name__}", kind.lower()
+    remedy = f"torc.testing.{name}_conformance checks a {name} against all rules (docs/extending.md)."
     with blamed(what, PartError, remedy):
-        yield refuse
+        answer = ask()
+        for fault in faults(answer):
+            raise PartError(f"{what} gave no valid result: {fault}. {remedy}")
+    return answer
 
 
 def observation_faults(observation: Any, method: str) -> Iterator[str]:
@@ -87,37 +103,6 @@ def observation_faults(observation: Any, method: str) -> Iterator[str]:
         yield "depth_m must be a float32 array of shape (height, width), in metres"
     elif observation.rgb.shape != (*depth.shape, 3) or observation.rgb.dtype != np.uint8:
         yield f"rgb must be a uint8 array of shape {(*depth.shape, 3)}, as large as depth_m"
-
-
-def ask_recognition(
-    perception: Perception,
-    observation: Observation,
-    mask: Bool[np.ndarray, "h w"],
-    wanted: Wanted,
-    scene: SegmentedScene,
-    object_id: int,
-) -> float | None:
-    """Return the probability that the object in the hand is the target, as a perception gives it; None if it cannot
-    say.
-
-    Args:
-        perception: one with a method `recognise`.
-        observation: snapshot after the lift.
-        mask: pixels of the held object.
-        wanted: the target.
-        scene: the latest scene.
-        object_id: the held object's id in it.
-
-    Raises:
-        PartError: as in `ask_perception`, or the result is not a probability.
-    """
-    what = f"Perception {type(perception).__name__}"
-    recognise: Any = perception.recognise  # type: ignore[attr-defined]
-    with blamed(what, PartError, _HELP):
-        p = recognise(observation, mask, wanted, scene, object_id)
-    if p is not None and not 0 <= p <= 1:
-        raise PartError(f"{what}: recognise returned {p!r}, which is no probability. {_HELP}")
-    return None if p is None else float(p)
 
 
 def scene_faults(scene: Any, observation: Observation) -> Iterator[str]:

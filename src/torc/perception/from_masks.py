@@ -8,18 +8,16 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, NamedTuple, Self
+from typing import Any, Self
 
 import numpy as np
 from jaxtyping import Bool, Float, Float32, Int16
 
 from torc.errors import PartError
 from torc.geometry.extent import Extent
-from torc.geometry.transforms import unproject
-from torc.perception.embedded.crops import crop
-from torc.perception.embedded.model import describe
-from torc.perception.embedded.region import NOISE, support_roughness
-from torc.perception.extent import size_in_sight, stretch
+from torc.geometry.transforms import masked_points
+from torc.perception.embedded.inputs import NOISE, support_roughness
+from torc.perception.embedded.model import crop, describe
 from torc.perception.protocol import Wanted
 from torc.perception.segmentation import REAL_CAMERA, PerceptionConfig, segment, valid_depth
 from torc.perception.target import (
@@ -30,6 +28,8 @@ from torc.perception.target import (
     marked_object,
     reference_mask,
     rivals,
+    size_in_sight,
+    stretch,
     target_probabilities,
 )
 from torc.perception.tracking import Seen, TrackingConfig, agreement, carried_over, same_ids, settled_masks
@@ -101,17 +101,6 @@ def _array_text(value: Any) -> str:
     return f"{value.shape} {value.dtype}" if isinstance(value, np.ndarray) else kind_of_value(value)
 
 
-class _Seen(NamedTuple):
-    """The masks that are reported as objects: their numbers, looks, pixels, clouds; ids and memory."""
-
-    masks: list[int]
-    looks: Float32[np.ndarray, "n d"]
-    pixels: list[int]
-    clouds: list[Float32[np.ndarray, "k 3"]]
-    ids: list[int]
-    known: tuple[KnownObject, ...]
-
-
 class FromMasks(ABC, PerceptionTraits):
     """A perception that finds masks and leaves the rest to torc. Subclasses find the masks."""
 
@@ -144,15 +133,15 @@ class FromMasks(ABC, PerceptionTraits):
         masks' maker reads them; else it is not in sight. Raises InputError for reference pictures that show nothing,
         and MissingDependencyError without onnxruntime.
         """
-        config, masks = self.config, self.find(observation, wanted)
-        if faults := [*mask_faults(masks, observation)]:
+        config, made = self.config, self.find(observation, wanted)
+        if faults := [*mask_faults(made, observation)]:
             code = inspect.unwrap(type(self).find).__code__
             raise PartError(
                 f"{type(self).__name__}.find ({code.co_filename}, line {code.co_firstlineno}): {'; '.join(faults)}. "
                 "docs/extending.md lists the fields of Masks."
             )
-        label = without_fixed(masks.label, observation, self.workspace, config.clouds)
-        sureness = masks.sureness
+        label = without_fixed(made.label, observation, self.workspace, config.clouds)
+        sureness = made.sureness
         carried = None if before is None else carried_over(before, observation, config.tracking)
         if before is not None and carried is not None:
             label, sureness = settled_masks(label, sureness, before, carried, config.tracking)
@@ -160,20 +149,31 @@ class FromMasks(ABC, PerceptionTraits):
         # No object has the id 0: it stands for a target that was not seen yet.
         shifted = np.where(label >= 0, label + 1, BACKGROUND).astype(np.int16)
         found = segment(observation, shifted, config.clouds)
-        seen = self._seen(found, label, sureness, before, carried)
-        was_id = None if before is None else before.target_number
-        was = seen.ids.index(was_id) if was_id in seen.ids else None
-        settled = replace(masks, label=label, sureness=sureness)
+        masks = [o.id - 1 for o in found.objects]
+        looks = _looks(observation, label, masks, config.threads)
+        seen = [
+            Seen(o.points, look, float(sureness[m]))
+            for o, look, m in zip(found.objects, looks, masks, strict=True)
+        ]
+        overlap = np.zeros((len(seen), 0))
+        if before is not None and carried is not None:
+            overlap = agreement(len(sureness), label, carried, before)[masks]
+        ids, known = same_ids(seen, overlap, before, observation, config.tracking)
         brought_odds = 0.0 if before is None else before.brought_odds
-        p = self._target_p(settled, seen, wanted, brought_odds)
-        certainty = self.config.target if wanted.pictures else self.words
-        target = was if p is None else choose_target(p, was, certainty)
+        p = None
+        if wanted.pictures:
+            p = self._target_p(found, looks, wanted, brought_odds)
+        elif made.wanted_p is not None:
+            p = by_words(label, made.wanted_p, masks)
+        was_id = None if before is None else before.target_number
+        was = ids.index(was_id) if was_id in ids else None
+        target = was if p is None else choose_target(p, was, config.target if wanted.pictures else self.words)
         if wanted.mark and before is None:
             marked = marked_object(label, wanted.mark)
-            target = seen.masks.index(marked) if marked in seen.masks else None
-        chances = {} if p is None else dict(zip(seen.ids, map(float, p), strict=True))
-        known = tuple(replace(k, target_p=chances.get(k.id, k.target_p)) for k in seen.known)
-        scene = _named(found, seen.ids, known).with_target(None if target is None else seen.ids[target])
+            target = masks.index(marked) if marked in masks else None
+        chances = {} if p is None else dict(zip(ids, map(float, p), strict=True))
+        known = tuple(replace(k, target_p=chances.get(k.id, k.target_p)) for k in known)
+        scene = _named(found, ids, known).with_target(None if target is None else ids[target])
         return replace(scene, brought_odds=brought_odds)
 
     def recognise(
@@ -207,41 +207,15 @@ class FromMasks(ABC, PerceptionTraits):
         clouds = [o.points for o in segment(observation, label, self.config.clouds).objects]
         return size_in_sight(clouds[0] if clouds else np.zeros((0, 3)))
 
-    def _seen(
-        self,
-        found: SegmentedScene,
-        label: Int16[np.ndarray, "h w"],
-        sureness: Float32[np.ndarray, "n"],
-        before: SegmentedScene | None,
-        carried: Int16[np.ndarray, "h w"] | None,
-    ) -> _Seen:
-        """Return the objects in sight, with the earlier ids."""
-        config, observation = self.config, found.observation
-        masks = [o.id - 1 for o in found.objects]
-        looks = _looks(observation, label, masks, config.threads)
-        seen = [
-            Seen(o.points, k, float(sureness[m])) for o, k, m in zip(found.objects, looks, masks, strict=True)
-        ]
-        overlap = np.zeros((len(seen), 0))
-        if before is not None and carried is not None:
-            overlap = agreement(len(sureness), label, carried, before)[masks]
-        ids, known = same_ids(seen, overlap, before, observation, config.tracking)
-        pixels = [o.pixel_count for o in found.objects]
-        return _Seen(masks, looks, pixels, [o.points for o in found.objects], ids, known)
-
     def _target_p(
-        self, masks: Masks, seen: _Seen, wanted: Wanted, brought_odds: float
-    ) -> Float[np.ndarray, "n"] | None:
-        """Return the probability of each object in sight to be the target; None if only a mark can say."""
-        if wanted.pictures:
-            references = self._described(wanted)
-            told = wanted.size_m
-            stretched = None if told is None else stretch([size_in_sight(c) for c in seen.clouds], told)
-            config = self.config.target
-            return target_probabilities(seen.looks, seen.pixels, references, config, stretched, brought_odds)
-        if masks.wanted_p is not None:
-            return by_words(masks.label, masks.wanted_p, seen.masks)
-        return None
+        self, found: SegmentedScene, looks: Float32[np.ndarray, "n d"], wanted: Wanted, brought_odds: float
+    ) -> Float[np.ndarray, "n"]:
+        """Return the probability of each object in sight to be the target, by reference pictures."""
+        pixels, stretched = [o.pixel_count for o in found.objects], None
+        if wanted.size_m is not None:
+            stretched = stretch([size_in_sight(o.points) for o in found.objects], wanted.size_m)
+        references = self._described(wanted)
+        return target_probabilities(looks, pixels, references, self.config.target, stretched, brought_odds)
 
     def _described(self, wanted: Wanted) -> Float32[np.ndarray, "m d"]:
         """Describe the target on each reference picture; a set of pictures is described once."""
@@ -316,24 +290,14 @@ def without_fixed(
     if not workspace.obstacles or observation.pose_estimated:
         return label
     depth_m = valid_depth(observation.depth_m, config.min_depth_m, config.max_depth_m)
-    rows, cols = np.nonzero(depth_m > 0)
-    points = unproject(
-        rows, cols, depth_m[rows, cols].astype(float), observation.K, observation.T_world_camera
-    )
+    points = masked_points(depth_m > 0, depth_m, observation.K, observation.T_world_camera)
     near_m = max(_NEAR_M, NOISE * support_roughness(points[:, 2] - workspace.support_z_m))
-    shown = label[rows, cols]
+    shown = label[depth_m > 0]
     masked, count = shown >= 0, int(label.max(initial=-1)) + 1
     readings = np.bincount(shown[masked], minlength=count)
-    on_them = np.bincount(shown[masked & _on_obstacles(points, workspace, near_m)], minlength=count)
+    inside = np.zeros(len(points), bool)
+    for box in workspace.obstacles:
+        inside |= (np.abs(points - box.center) <= np.array(box.size) / 2 + near_m).all(axis=1)
+    on_them = np.bincount(shown[masked & inside], minlength=count)
     fixed = np.flatnonzero(on_them > _MOST * readings)
     return np.where(np.isin(label, fixed), np.int16(-1), label)
-
-
-def _on_obstacles(
-    points: Float[np.ndarray, "n 3"], workspace: Workspace, near_m: float
-) -> Bool[np.ndarray, "n"]:
-    found = np.zeros(len(points), bool)
-    for box in workspace.obstacles:
-        reach = np.array(box.size) / 2 + near_m
-        found |= (np.abs(points - box.center) <= reach).all(axis=1)
-    return found

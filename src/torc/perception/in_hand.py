@@ -5,7 +5,7 @@ import numpy as np
 from jaxtyping import Bool, Float32, UInt8
 
 from torc.geometry.transforms import invert, unproject
-from torc.perception.grab_cut import grab_cut
+from torc.perception.target import grab_cut
 from torc.records import Observation
 from torc.robots.description import RobotDescription
 from torc.robots.kinematics import sphere_centers, tcp_pose
@@ -38,15 +38,9 @@ def held_mask(
 ) -> Bool[np.ndarray, "h w"]:
     """Return the pixels of what is between the fingers: near the TCP, not the robot, and not there before.
 
-    No pixels if it cannot be seen.
-
-    Args:
-        observation: snapshot with the object lifted; its `qpos` is the arm's.
-        before_m: depth from this camera before the pick; 0 for no reading, and where the object itself was, since a box
-            that is lifted along its front shows an unchanged depth there.
-        robot: the robot.
-        width_m: the gripper's opening.
-        rough: depth has a sensor's errors, so that colour decides the outline.
+    No pixels if it cannot be seen. `before_m` is this camera's depth before the pick: 0 for no reading, and where
+    the object itself was, since a box that is lifted along its front shows an unchanged depth there. `width_m` is the
+    gripper's opening. If depth is `rough`, with a sensor's errors, colour decides the outline.
     """
     depth = np.nan_to_num(observation.depth_m)
     near = np.maximum(_STAYED_M, _STAYED_SHARE * depth)
@@ -59,7 +53,10 @@ def held_mask(
     inside = (np.abs(local[:, :2]) < _ASIDE_M).all(axis=1)
     inside &= (local[:, 2] > -_BEHIND_M) & (local[:, 2] < _BEYOND_M)
     rows, cols, points, local = rows[inside], cols[inside], points[inside], local[inside]
-    free = ~_on_robot(points, robot, observation.qpos, width_m)
+    free = np.ones(len(points), bool)
+    centers = sphere_centers(robot, observation.qpos[None], np.array([width_m]))[0]
+    for center, radius in zip(centers, robot.spheres.radii, strict=True):
+        free &= ((points - center) ** 2).sum(axis=1) >= (radius + _ROBOT_M) ** 2
     mask = np.zeros(depth.shape, bool)
     mask[rows[free], cols[free]] = True
     seeds = free & (np.linalg.norm(local, axis=1) < _SEED_M)
@@ -69,16 +66,6 @@ def held_mask(
         other[rows[~free], cols[~free]] = True
         found = _by_color(observation.rgb, found, other)
     return found if np.count_nonzero(found) >= _LEAST_PX else np.zeros_like(mask)
-
-
-def _on_robot(
-    points: np.ndarray, robot: RobotDescription, qpos: np.ndarray, width_m: float
-) -> Bool[np.ndarray, "n"]:
-    centers = sphere_centers(robot, qpos[None], np.array([width_m]))[0]
-    out = np.zeros(len(points), bool)
-    for center, radius in zip(centers, robot.spheres.radii, strict=True):
-        out |= ((points - center) ** 2).sum(axis=1) < (radius + _ROBOT_M) ** 2
-    return out
 
 
 def _pieces(

@@ -6,14 +6,15 @@ Inputs `input_left` and `input_right`: RGB, 0 to 255, uint8 or float, (1, 3, H, 
 
 from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import Path
 from typing import Any, NamedTuple
 
-import cv2
 import numpy as np
 from jaxtyping import Float32, UInt8
 
 from torc.errors import InputError, MissingDependencyError
-from torc.perception.disparity import LearnedStereoConfig, pair_of, scaled, with_disparity
+from torc.perception.embedded.model import onnx_session
+from torc.perception.stereo import LearnedStereoConfig, pair_of, scaled, with_disparity
 from torc.records import Observation
 from torc.registry.kinds import DepthTraits
 
@@ -68,18 +69,15 @@ class OnnxMatcher(NamedTuple):
 
     def match(
         self, left: UInt8[np.ndarray, "h w"], right: UInt8[np.ndarray, "h w"]
-    ) -> tuple[Float32[np.ndarray, "h w"], Float32[np.ndarray, "h w"]]:
-        """Return disparity and confidence, at the pictures' own size and in its pixels.
+    ) -> tuple[Float32[np.ndarray, "a b"], Float32[np.ndarray, "a b"]]:
+        """Return disparity and confidence, in the pixels of the pictures that the model got.
 
         Pictures that are too large for a model of a fixed size are scaled down, and padded to its size at the right and
         at the bottom.
         """
-        height, width = left.shape
-        most = self.size or (
-            -(-height // _MULTIPLE_PX) * _MULTIPLE_PX,
-            -(-width // _MULTIPLE_PX) * _MULTIPLE_PX,
-        )
-        share = min(1.0, most[0] / height, most[1] / width)
+        height, width = (-(-n // _MULTIPLE_PX) * _MULTIPLE_PX for n in left.shape)
+        most = self.size or (height, width)
+        share = min(1.0, most[0] / left.shape[0], most[1] / left.shape[1])
         small = [scaled(p, share)[: most[0], : most[1]] for p in (left, right)]
         found = self.session.run(list(_OUTPUTS), dict(zip(_INPUTS, (self._input(p, most) for p in small))))
         if any(o.shape[-2:] != most or o.size != most[0] * most[1] for o in found):
@@ -88,11 +86,7 @@ class OnnxMatcher(NamedTuple):
             )
         rows, cols = small[0].shape
         disparity, confidence = (np.asarray(o, np.float32).reshape(most)[:rows, :cols] for o in found)
-        back = [
-            cv2.resize(a, (width, height), interpolation=cv2.INTER_NEAREST_EXACT)
-            for a in (disparity, confidence)
-        ]
-        return np.asarray(back[0] * np.float32(width / cols), np.float32), np.asarray(back[1], np.float32)
+        return disparity, confidence
 
     def _input(self, picture: UInt8[np.ndarray, "h w"], size: tuple[int, int]) -> np.ndarray:
         """Return the input, (1, 3, H, W)."""
@@ -105,24 +99,11 @@ class OnnxMatcher(NamedTuple):
 def _opened(path: str, threads: int) -> OnnxMatcher:
     """Open a matcher. Raises InputError if the file cannot be read or has other inputs and outputs."""
     try:
-        import onnxruntime
-    except ImportError as error:
-        raise MissingDependencyError("--depth onnx", "pip install onnxruntime") from error
-    options = onnxruntime.SessionOptions()
-    options.intra_op_num_threads, options.inter_op_num_threads = threads, 1
-    # Spinning threads would take the processor from everyone else.
-    options.add_session_config_entry("session.intra_op.allow_spinning", "0")
-    options.log_severity_level = 3
-    wanted = ("CUDAExecutionProvider", "CPUExecutionProvider")
-    providers = [p for p in wanted if p in onnxruntime.get_available_providers()]
-    try:
-        session = onnxruntime.InferenceSession(path, options, providers=providers)
+        session = onnx_session(Path(path), threads, "--depth onnx", gpu=True)
+    except MissingDependencyError:
+        raise
     except Exception as error:  # onnxruntime's own errors share no class
         raise InputError(f"--depth.model '{path}' is no model that onnxruntime reads: {error}.") from error
-    return _checked(session, path)
-
-
-def _checked(session: Any, path: str) -> OnnxMatcher:
     inputs = {i.name: i for i in session.get_inputs()}
     outputs = {o.name for o in session.get_outputs()}
     kinds = {_KINDS.get(i.type) for i in inputs.values()}

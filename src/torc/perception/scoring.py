@@ -43,7 +43,9 @@ def score_masks(found: Int16[np.ndarray, "h w"], true: Int16[np.ndarray, "h w"])
     """Compare two label images; labels below 0 are not objects."""
     f_ids, t_ids = np.unique(found[found >= 0]), np.unique(true[true >= 0])
     if len(f_ids) == 0 or len(t_ids) == 0:
-        return _empty(len(f_ids), len(t_ids))
+        # As the published evaluations do: finding nothing where nothing is, is right.
+        p, r = float(len(f_ids) == 0), float(len(t_ids) == 0)
+        return MaskScore(p, r, p * r, p, r, p * r, r, 0.0, 0.0, 1 - r)
     common = np.array([[np.count_nonzero((found == f) & (true == t)) for t in t_ids] for f in f_ids], float)
     f_size = np.array([np.count_nonzero(found == f) for f in f_ids], float)
     t_size = np.array([np.count_nonzero(true == t) for t in t_ids], float)
@@ -68,13 +70,6 @@ def mean_score(scores: list[MaskScore]) -> MaskScore:
     return MaskScore(*(float(v) for v in np.mean([astuple(s) for s in scores], axis=0)))
 
 
-def _empty(found: int, true: int) -> MaskScore:
-    """Score empty images as the published evaluations do: finding nothing where nothing is, is right."""
-    good = float(found == 0 and true == 0)
-    p, r = (1.0 if found == 0 else 0.0), (1.0 if true == 0 else 0.0)
-    return MaskScore(p, r, good, p, r, good, r, 0.0, 0.0, float(true > 0))
-
-
 def _prf(hits_found: float, hits_true: float, found: float, true: float) -> tuple[float, float, float]:
     p, r = float(hits_found / max(found, 1)), float(hits_true / max(true, 1))
     return p, r, 2 * p * r / max(p + r, 1e-12)
@@ -87,12 +82,10 @@ def _boundary(
     disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * radius + 1, 2 * radius + 1))
     f_lines = {int(i): outline(found == i) for i in f_ids}
     t_lines = {int(i): outline(true == i) for i in t_ids}
-    hits_f = hits_t = 0
-    for f, t in matches:
-        a, b = f_lines[int(f)], t_lines[int(t)]
-        hits_f += int(np.count_nonzero(a & (cv2.dilate(b.view(np.uint8), disk) > 0)))
-        hits_t += int(np.count_nonzero(b & (cv2.dilate(a.view(np.uint8), disk) > 0)))
-    total_f, total_t = (sum(int(np.count_nonzero(x)) for x in lines.values()) for lines in (f_lines, t_lines))
+    pairs = [(f_lines[int(f)], t_lines[int(t)]) for f, t in matches]
+    hits_f = sum(int(np.count_nonzero(f & (cv2.dilate(t.view(np.uint8), disk) > 0))) for f, t in pairs)
+    hits_t = sum(int(np.count_nonzero(t & (cv2.dilate(f.view(np.uint8), disk) > 0))) for f, t in pairs)
+    total_f, total_t = (sum(map(np.count_nonzero, lines.values())) for lines in (f_lines, t_lines))
     return _prf(hits_f, hits_t, total_f, total_t)
 
 

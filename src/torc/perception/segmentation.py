@@ -15,6 +15,7 @@ from torc.perception.image_kernels import (
     keep_objects,
     lift_pixels,
 )
+from torc.perception.protocol import Wanted
 from torc.records import (
     BACKGROUND,
     MAX_OBJECTS,
@@ -24,6 +25,7 @@ from torc.records import (
     SegmentedObject,
     SegmentedScene,
 )
+from torc.registry.kinds import PerceptionTraits
 from torc.registry.settings import ConfigTraits
 
 
@@ -134,14 +136,14 @@ def segment(
         observation = replace(observation, depth_m=np.where(torn, np.float32(0), observation.depth_m))
     large = counts >= config.min_pixels
     large[TARGET_ID] = counts[TARGET_ID] >= config.min_target_pixels
-    pixels = _pixels(keep_objects(depth, label, large, slope, config.stride))
+    pixels = kernel_array(np.argwhere(keep_objects(depth, label, large, slope, config.stride)), np.int32)
     point_counts = np.bincount(label[pixels[:, 0], pixels[:, 1]], minlength=MAX_OBJECTS)
     reported = large & (point_counts >= config.min_points)
     if np.any(reported != large):
         pixels = pixels[reported[label[pixels[:, 0], pixels[:, 1]]]]
     objects = _objects(observation, depth, label, pixels, counts, slope, config)
     kept = keep_background(depth, label, reported, slope, config.background_stride)
-    background = _pixels(kept & ~_rims(label, reported, config.rim_px))
+    background = kernel_array(np.argwhere(kept & ~_rims(label, reported, config.rim_px)), np.int32)
     return SegmentedScene(
         observation=observation,
         label_image=label_image,
@@ -149,6 +151,30 @@ def segment(
         target_id=TARGET_ID if reported[TARGET_ID] else None,
         background_points=_points(observation, depth, background),
     )
+
+
+class LabelPerception(PerceptionTraits):
+    """Takes the masks from a given label image (the paper's privileged perception)."""
+
+    needs_labels = True
+
+    def __init__(self, config: PerceptionConfig | None = None) -> None:
+        self.config = PerceptionConfig() if config is None else config
+
+    def perceive(
+        self,
+        observation: Observation,
+        wanted: Wanted | None = None,
+        before: SegmentedScene | None = None,
+        label_image: Int16[np.ndarray, "h w"] | None = None,
+    ) -> SegmentedScene:
+        """Return the objects under the labels, whatever is wanted. Raises InputError without labels."""
+        if label_image is None:
+            raise InputError(
+                "This snapshot has no label image. Give one (object id per pixel, -1 for the background), or use a "
+                "perception that finds the masks itself."
+            )
+        return segment(observation, label_image, self.config)
 
 
 def _pixel_counts(observation: Observation, label_image: np.ndarray) -> np.ndarray:
@@ -206,10 +232,6 @@ def _rims(
     masks = (label >= 0) & reported[np.maximum(label, 0)]
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * rim_px + 1, 2 * rim_px + 1))
     return np.asarray(cv2.dilate(masks.view(np.uint8), kernel), dtype=bool)
-
-
-def _pixels(keep: Bool[np.ndarray, "h w"]) -> Int32[np.ndarray, "n 2"]:
-    return kernel_array(np.argwhere(keep), np.int32)
 
 
 def _points(

@@ -10,8 +10,8 @@ from jaxtyping import Bool, Float, Float32, Int16, UInt8
 from PIL import Image
 
 from torc.errors import InputError
+from torc.geometry.extent import Extent, extent
 from torc.io.pictures import eight_bit_picture
-from torc.perception.grab_cut import grab_cut
 from torc.records import KnownObject
 
 
@@ -65,6 +65,9 @@ class TargetConfig(Certainty):
     held_too_large: float = 15.0
 
 
+_FLYING = 0.02
+"""Share of an object's points that may be flying points at edges."""
+_LEAST_M = 0.005
 _TYPICAL_PIXELS = 1000.0
 _LEAST_P = 0.005
 """Limits how sure the belief before the pick counts, either way."""
@@ -72,6 +75,17 @@ _NEAR_PX = 4
 MAX_PICTURES = 24
 _MAX_SIDE_PX = 1024
 _LEAST_AGREEMENT = 0.2
+
+
+def size_in_sight(points: Float[np.ndarray, "n 3"]) -> Extent:
+    """Return length and thickness of a cloud, metres: least values, since hidden parts are missing."""
+    return extent(points, _FLYING)
+
+
+def stretch(seen_m: Sequence[tuple[float, float]], told_m: tuple[float, float]) -> Float[np.ndarray, "n 2"]:
+    """Return logarithms of how much longer and thicker things look than the target is."""
+    sizes_m = np.array(seen_m).reshape(-1, 2)
+    return np.asarray(np.log(np.maximum(sizes_m, _LEAST_M) / np.maximum(told_m, _LEAST_M)))
 
 
 def target_probabilities(
@@ -84,15 +98,8 @@ def target_probabilities(
 ) -> Float[np.ndarray, "n"]:
     """Return the probability of each object to be the one on the reference pictures; at most one of them is.
 
-    A softmax over all of them, none, and what was delivered before.
-
-    Args:
-        looks: unit vectors of the objects.
-        pixels: sizes of their masks.
-        references: unit vectors of the reference pictures.
-        config: weights.
-        stretched: see `torc.perception.extent.stretch`; None if the target's size is unknown.
-        brought_odds: see `torc.records.SegmentedScene`.
+    A softmax over all of them, none, and what was delivered before (`SegmentedScene.brought_odds`). Looks are unit
+    vectors; `stretched` is that of `stretch`, None if the target's size is unknown.
     """
     if len(looks) == 0:
         return np.zeros(0)
@@ -114,12 +121,8 @@ def held_probability(
 ) -> float:
     """Return the probability that an object in the hand is the target.
 
-    Args:
-        cosine: to the nearest reference picture.
-        before: the probability before the pick.
-        config: weights of these.
-        stretched: see `torc.perception.extent.stretch`; None if the target's size is unknown.
-        rivals: how many others its looks fit equally well; see the function `rivals`.
+    By the cosine to the nearest reference picture, the probability `before` the pick, how much larger it is than the
+    target (`stretch`; None if that is unknown), and how many others its looks fit equally well (`rivals`).
     """
     before = min(max(before, _LEAST_P), 1 - _LEAST_P)
     odds = config.held_steepness * (cosine - config.held_likeness) + config.held_trust * np.log(
@@ -246,3 +249,16 @@ def _standing_out(picture: UInt8[np.ndarray, "h w 3"]) -> Bool[np.ndarray, "h w"
     if found.mean() < 0.05:  # everything is alike: then all of it is the object
         found = np.ones((h, w), bool)
     return np.asarray(cv2.resize(found.view(np.uint8), (width, height), interpolation=cv2.INTER_NEAREST) > 0)
+
+
+def grab_cut(
+    rgb: UInt8[np.ndarray, "h w 3"], marks: UInt8[np.ndarray, "h w"], rounds: int
+) -> Bool[np.ndarray, "h w"]:
+    """Return what belongs to the marked foreground by colour (Rother et al. 2004).
+
+    `marks` are OpenCV's: GC_FGD and GC_BGD are certain, GC_PR_FGD and GC_PR_BGD a guess. They are overwritten.
+    """
+    cv2.setRNGSeed(0)
+    models = np.zeros((1, 65)), np.zeros((1, 65))
+    cv2.grabCut(np.ascontiguousarray(rgb), marks, (0, 0, 1, 1), *models, rounds, cv2.GC_INIT_WITH_MASK)
+    return np.isin(marks, (cv2.GC_FGD, cv2.GC_PR_FGD))

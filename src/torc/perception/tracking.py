@@ -119,8 +119,14 @@ def same_ids(
     lost = [k for k in lost if k.id not in ids]
     kept = [k for k in (_aged(k, observation, config) for k in lost) if k is not None]
     _name_the_new(ids, kept)
-    known = {k.id: k for k in remembered}
-    facts = [_fact(s, i, known.get(i)) for s, i in zip(seen, ids, strict=True) if i is not None]
+    looks = {k.id: k.looks for k in remembered}
+    facts = [
+        KnownObject(
+            i, s.points[:: max(1, -(-len(s.points) // _MOST_POINTS))], s.look, s.sureness, looks.get(i, 0) + 1
+        )
+        for s, i in zip(seen, ids, strict=True)
+        if i is not None
+    ]
     return [i for i in ids if i is not None], tuple(sorted([*facts, *kept], key=lambda k: k.id))
 
 
@@ -184,13 +190,10 @@ def _divide(
     source = np.where(inside & np.isin(carried, held), carried, BACKGROUND)
     rows, cols = ndimage.distance_transform_edt(source < 0, return_distances=False, return_indices=True)
     nearest = source[rows, cols]
-    for k, reading in zip(held, readings, strict=True):
-        part = mask if k == held[0] else len(sure)
-        label[inside & (nearest == k)] = part
-        if part == mask:
-            sure[mask] = reading
-        else:
-            sure.append(reading)
+    sure[mask] = readings[0]
+    for k, reading in zip(held[1:], readings[1:], strict=True):
+        label[inside & (nearest == k)] = len(sure)
+        sure.append(reading)
 
 
 def _still_there(
@@ -258,10 +261,3 @@ def _name_the_new(ids: list[int | None], kept: list[KnownObject]) -> None:
             while not free and kept:
                 free.append(kept.pop().id)
             ids[i] = free.pop(0)
-
-
-def _fact(seen: Seen, object_id: int, known: KnownObject | None) -> KnownObject:
-    points = seen.points
-    if len(points) > _MOST_POINTS:
-        points = points[:: -(-len(points) // _MOST_POINTS)]
-    return KnownObject(object_id, points, seen.look, seen.sureness, 1 if known is None else known.looks + 1)

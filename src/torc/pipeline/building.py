@@ -39,14 +39,9 @@ class System:
 def build_system(
     conditions: Conditions, workspace: Workspace | None = None, robot: RobotDescription | None = None
 ) -> System:
-    """Build all parts from their conditions.
+    """Build all parts from their conditions; `workspace` and `robot` replace those that these name.
 
-    Args:
-        conditions: names and settings of the parts.
-        workspace, robot: replace those that the conditions name.
-
-    Raises:
-        InputError: a part is unknown or cannot be built, or a setting does not exist.
+    Raises InputError if a part is unknown or cannot be built, or a setting does not exist.
     """
     robot = load_robot(conditions.robot) if robot is None else robot
     workspace = load_workspace(conditions.workspace) if workspace is None else workspace
@@ -67,18 +62,10 @@ def build_pipeline(
     rough: bool = False,
     max_depth_m: float | None = None,
 ) -> Pipeline:
-    """Build the parts between camera and task planner.
+    """Build the parts between camera and task planner. Raises as `build_system`.
 
-    Args:
-        stages: names and settings of the parts.
-        robot: whose reach counts; for a gripper alone every pose counts as reachable.
-        workspace: the support and the grid of the occlusion volume.
-        noisy: add the noise of a stereo camera, and expect it.
-        rough: expect depth with a sensor's errors.
-        max_depth_m: largest reading that the occlusion volume trusts, metres.
-
-    Raises:
-        InputError: as in `build_system`.
+    For a gripper alone every pose counts as reachable. `noisy` adds the noise of a stereo camera, and expects it;
+    `rough` expects depth with a sensor's errors. The occlusion volume trusts readings up to `max_depth_m`.
     """
     check_settings(stages, noisy)
     gripper = robot.gripper if isinstance(robot, RobotDescription) else robot

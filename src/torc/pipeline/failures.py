@@ -84,11 +84,7 @@ def lower_scores(
 ) -> GraspSet:
     """Lower the scores of grasps if a similar one, or any other of their object, was executed and failed.
 
-    Args:
-        grasps: the grasps to score.
-        failed: the failures that still count.
-        history: all picks so far.
-        config: by how much.
+    `failed` are the failures that still count, `history` all picks so far.
     """
     factor, tries = np.ones(len(grasps)), failed_tries(history)
     for f in failed:

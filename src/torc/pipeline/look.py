@@ -176,7 +176,10 @@ class Pipeline:
             scene = ask_perception(self.perception, capture, wanted, state.scene)
         with clock.stage("occlusion"):
             volume = update_volume(state.volume, scene, self.occlusion)
-            scene = _reported(scene)
+            # A few pixels of a target that counts as hidden would reveal to a planner where it is.
+            hidden = (scene.label_image >= 0) & ~np.isin(scene.label_image, scene.ids)
+            label = np.where(hidden, np.int16(BACKGROUND), scene.label_image)
+            scene = replace(scene, label_image=label)
         with clock.stage("collision world"):
             world = build_collision_world(volume, self.workspace)
         ids_given = PERCEPTIONS.traits(self.perception).needs_labels
@@ -241,13 +244,3 @@ class Pipeline:
         support_z_m = self.workspace.support_z_m
         stuck = without_lines(grasps, report, scene, volume, world, self.robot, support_z_m, self.motion)
         return with_status(report, grasps, np.where(stuck, np.uint8(GraspStatus.NO_LINE), report.status))
-
-
-def _reported(scene: SegmentedScene) -> SegmentedScene:
-    """Keep only the labels of reported objects.
-
-    A few pixels of a target that counts as hidden would otherwise reveal to a planner where it is.
-    """
-    hidden = (scene.label_image >= 0) & ~np.isin(scene.label_image, scene.ids)
-    label = np.where(hidden, np.int16(BACKGROUND), scene.label_image)
-    return replace(scene, label_image=label)

@@ -56,16 +56,7 @@ def load_planner(name: str) -> Any:
 
 
 def make_spec_planner(spec: PlannerSpec, cache: CacheConfig | None, truth: Truth | None) -> TaskPlanner:
-    """Make the planner of a trial.
-
-    Args:
-        spec: its name, settings and VLM.
-        cache: keeps replies of the VLM.
-        truth: what the simulated VLM answers from.
-
-    Raises:
-        InputError: that is not possible.
-    """
+    """Make the planner of a trial; arguments as for `open_client`. Raises InputError if that is not possible."""
     context = planner_context(spec.name, load_planner(spec.name), spec.vlm, cache, truth)
     planner: TaskPlanner = make_part(TASK_PLANNERS, spec.name, spec.settings, context)
     return planner
@@ -90,11 +81,7 @@ def is_reference(name: str) -> bool:
 def planner_context(
     name: str, maker: Any, config: VlmConfig | None, cache: CacheConfig | None, truth: Truth | None = None
 ) -> BuildContext:
-    """Return what a planner may be given: the client of its model, and how to ask. Empty without a model.
-
-    Raises InputError for a planner that asks no model, for pictures or a prompt that it does not take, and as
-    `open_client`.
-    """
+    """Return the client and the way to ask that a planner is given. Raises InputError for what it does not take."""
     if config is None:
         return BuildContext()
     if not asks_model(maker):
@@ -111,14 +98,8 @@ def planner_context(
 def open_client(config: VlmConfig, cache: CacheConfig | None = None, truth: Truth | None = None) -> VlmClient:
     """Open a client of the model, with its cache if there is one. Replaying needs neither a key nor the client's code.
 
-    Args:
-        config: the model and its options.
-        cache: where replies are kept.
-        truth: what the simulated VLM answers from; no other client receives it.
-
-    Raises:
-        InputError: there is no key, no cache to replay, or no truth for the simulated VLM; or the client cannot be
-            made.
+    Only the simulated VLM receives `truth`, and needs it. Raises InputError if the client cannot be made, and if there
+    is no key or no cache to replay.
     """
     if config.simulated and truth is None:
         raise InputError(

@@ -1,61 +1,40 @@
 """Immutable records that flow through the pipeline: every stage takes records and returns records."""
 
-from torc.records.camera import (
-    BACKGROUND,
-    MAX_OBJECTS,
-    ROBOT,
-    TARGET_ID,
-    Capture,
-    Observation,
-    StereoPair,
-    as_capture,
-)
-from torc.records.decisions import Decision, Exchange, Hand, PlanningContext
-from torc.records.evidence import BeliefEvidence, Certainty, Corrections, Evidence, ModelEvidence
-from torc.records.graph import DependencyEdge, DependencyGraph, DependencyNode, EdgeKind
-from torc.records.grasps import GraspReport, GraspSet, GraspStatus
-from torc.records.outcomes import FeltOutcome, PickOutcome, PickResult, Touch
-from torc.records.plans import PickPlan, PlanFailure, PlanStage, Trajectory
-from torc.records.scene import KnownObject, SegmentedObject, SegmentedScene
-from torc.records.volume import EMPTY, OcclusionVolume, VoxelGrid
-
-__all__ = [
-    "BACKGROUND",
-    "EMPTY",
-    "MAX_OBJECTS",
-    "ROBOT",
-    "TARGET_ID",
-    "BeliefEvidence",
-    "Capture",
-    "Certainty",
-    "Corrections",
-    "Decision",
-    "DependencyEdge",
-    "DependencyGraph",
-    "DependencyNode",
-    "EdgeKind",
-    "Evidence",
-    "Exchange",
-    "FeltOutcome",
-    "GraspReport",
-    "GraspSet",
-    "GraspStatus",
-    "Hand",
-    "KnownObject",
-    "ModelEvidence",
-    "Observation",
-    "OcclusionVolume",
-    "PickOutcome",
-    "PickPlan",
-    "PickResult",
-    "PlanFailure",
-    "PlanStage",
-    "PlanningContext",
-    "SegmentedObject",
-    "SegmentedScene",
-    "StereoPair",
-    "Touch",
-    "Trajectory",
-    "VoxelGrid",
-    "as_capture",
-]
+from torc.records.camera import BACKGROUND as BACKGROUND
+from torc.records.camera import MAX_OBJECTS as MAX_OBJECTS
+from torc.records.camera import ROBOT as ROBOT
+from torc.records.camera import TARGET_ID as TARGET_ID
+from torc.records.camera import Capture as Capture
+from torc.records.camera import Observation as Observation
+from torc.records.camera import StereoPair as StereoPair
+from torc.records.camera import as_capture as as_capture
+from torc.records.decisions import Decision as Decision
+from torc.records.decisions import Exchange as Exchange
+from torc.records.decisions import Hand as Hand
+from torc.records.decisions import PlanningContext as PlanningContext
+from torc.records.evidence import BeliefEvidence as BeliefEvidence
+from torc.records.evidence import Certainty as Certainty
+from torc.records.evidence import Corrections as Corrections
+from torc.records.evidence import Evidence as Evidence
+from torc.records.evidence import ModelEvidence as ModelEvidence
+from torc.records.graph import DependencyEdge as DependencyEdge
+from torc.records.graph import DependencyGraph as DependencyGraph
+from torc.records.graph import DependencyNode as DependencyNode
+from torc.records.graph import EdgeKind as EdgeKind
+from torc.records.grasps import GraspReport as GraspReport
+from torc.records.grasps import GraspSet as GraspSet
+from torc.records.grasps import GraspStatus as GraspStatus
+from torc.records.outcomes import FeltOutcome as FeltOutcome
+from torc.records.outcomes import PickOutcome as PickOutcome
+from torc.records.outcomes import PickResult as PickResult
+from torc.records.outcomes import Touch as Touch
+from torc.records.plans import PickPlan as PickPlan
+from torc.records.plans import PlanFailure as PlanFailure
+from torc.records.plans import PlanStage as PlanStage
+from torc.records.plans import Trajectory as Trajectory
+from torc.records.scene import KnownObject as KnownObject
+from torc.records.scene import SegmentedObject as SegmentedObject
+from torc.records.scene import SegmentedScene as SegmentedScene
+from torc.records.volume import EMPTY as EMPTY
+from torc.records.volume import OcclusionVolume as OcclusionVolume
+from torc.records.volume import VoxelGrid as VoxelGrid

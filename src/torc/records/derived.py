@@ -10,12 +10,9 @@ _KEPT: dict[int, dict[Hashable, Any]] = {}
 
 
 def once(record: object, key: Hashable, derive: Callable[[], Derived]) -> Derived:
-    """Return the result of `derive`, and keep it for the next call with this record and key.
+    """Return the result of `derive`, and keep it for the next call with this frozen record and key.
 
-    Args:
-        record: a frozen record.
-        key: names the derived fact and the settings that it depends on.
-        derive: computes it.
+    The key names the derived fact and the settings that it depends on.
     """
     kept = _KEPT.get(id(record))
     if kept is None:

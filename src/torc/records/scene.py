@@ -1,6 +1,5 @@
 """Perception's view of a snapshot: objects, their points, and its memory."""
 
-from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 
@@ -109,7 +108,9 @@ class SegmentedScene:
         """
         if object_id is not None:
             self.object(object_id)
-        return replace(self, target_id=object_id, known=marked_target(self.known, self.ids, object_id))
+        kept = (k for k in self.known if object_id is None or not k.is_target or k.id in self.ids)
+        known = tuple(replace(k, is_target=k.id == object_id) if k.id in self.ids else k for k in kept)
+        return replace(self, target_id=object_id, known=known)
 
     def with_brought(self, object_id: int, p: float) -> "SegmentedScene":
         """Record that this object was delivered and that the in-hand look gave it probability p of being the target.
@@ -122,14 +123,3 @@ class SegmentedScene:
             (1 - told.get(object_id, 0.0)) * (1 + self.brought_odds) / max(1 - sum(told.values()), _LEAST_P)
         )
         return replace(self, brought_odds=self.brought_odds + p / max(1 - p, _LEAST_P) * others)
-
-
-def marked_target(
-    known: tuple[KnownObject, ...], ids: Collection[int], target_id: int | None
-) -> tuple[KnownObject, ...]:
-    """Return perception's memory with this target, or none, among the objects in sight, whose `ids` are given.
-
-    A target out of sight is forgotten if another object is the target.
-    """
-    kept = (k for k in known if target_id is None or not k.is_target or k.id in ids)
-    return tuple(replace(k, is_target=k.id == target_id) if k.id in ids else k for k in kept)

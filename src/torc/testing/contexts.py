@@ -8,9 +8,8 @@ import numpy as np
 from torc.errors import InputError
 from torc.occlusion.volume import empty_volume, update_volume
 from torc.perception.checked_scenes import ask_perception
-from torc.perception.privileged import LabelPerception
 from torc.perception.protocol import Wanted
-from torc.perception.segmentation import PerceptionConfig
+from torc.perception.segmentation import LabelPerception, PerceptionConfig
 from torc.records import (
     TARGET_ID,
     Capture,
@@ -66,18 +65,9 @@ def make_context(
 ) -> PlanningContext:
     """Return a planner's context of these shapes, with grasps at the objects' centres and an agreeing report.
 
-    The target is the shape with id 0; it is hidden if there is none, or nothing of it is in sight.
-
-    Args:
-        shapes: the objects.
-        valid: how many valid grasps each object has.
-        blocked: per object the blockers of each of its blocked grasps, e.g. {2: [(3,), (3, 4)]}.
-        unreachable: how many grasps without inverse kinematics each object has.
-        history: outcomes of earlier picks.
-        picks_left: attempts left.
-
-    Raises:
-        InputError: for grasps of objects that are not visible.
+    The target is the shape with id 0; it is hidden if there is none, or nothing of it is in sight. `valid` is how many
+    valid grasps each object has, `unreachable` how many without inverse kinematics; `blocked` has the blockers of each
+    of an object's blocked grasps, e.g. {2: [(3,), (3, 4)]}. Raises InputError for grasps of what is not visible.
     """
     fates: list[_Fate] = [(k, GraspStatus.VALID, ()) for k, n in (valid or {}).items() for _ in range(n)]
     fates += [(k, GraspStatus.BLOCKED, tuple(by)) for k, grasps in (blocked or {}).items() for by in grasps]

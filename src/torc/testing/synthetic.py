@@ -160,14 +160,9 @@ def _around(shape: Shape, mount: CameraMount) -> tuple[slice, slice]:
     return slice(max(r0 - 1, 0), max(r1 + 3, 0)), slice(max(c0 - 1, 0), max(c1 + 3, 0))
 
 
-def synthetic_observation(
-    shapes: Sequence[Shape],
-    mount: CameraMount | None = None,
-    support_z_m: float | None = None,
-    stamp_s: float = 0.0,
-) -> Observation:
+def synthetic_observation(shapes: Sequence[Shape], mount: CameraMount | None = None) -> Observation:
     """Return the observation of `synthetic_capture`."""
-    return synthetic_capture(shapes, mount, support_z_m, stamp_s).observation
+    return synthetic_capture(shapes, mount).observation
 
 
 def synthetic_capture(

@@ -16,14 +16,7 @@ from torc.workspace.workspace_files import load_workspace
 
 @dataclass(frozen=True)
 class View:
-    """The fixed camera's view of shapes on the table.
-
-    Attributes:
-        shapes: the true shapes.
-        workspace: table, bin, camera and grid.
-        scene: as perceived, masks given.
-        volume: after this one snapshot.
-    """
+    """The fixed camera's view of shapes on the table: the scene with given masks, the volume after one snapshot."""
 
     shapes: tuple[Shape, ...]
     workspace: Workspace

@@ -4,9 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from torc.perception.embedded.inputs import PIXEL_M, View, cut
+from torc.perception.embedded.inputs import PIXEL_M, View, cut, rising, window_on
 from torc.perception.embedded.perception import uncut
-from torc.perception.embedded.region import rising, window_on
 from torc.testing.contexts import box
 from torc.testing.synthetic import random_clutter, synthetic_capture
 from torc.workspace.workspace_files import load_workspace

@@ -11,7 +11,7 @@ from torc.errors import InputError
 from torc.geometry.transforms import look_at
 from torc.perception.noise import add_sensor_noise, stereo_camera
 from torc.pipeline.frames import load_frame
-from torc.pipeline.frames.along_rays import along_rays_doubt
+from torc.pipeline.frames.against_picture import along_rays_doubt
 from torc.testing.synthetic import synthetic_capture, synthetic_observation
 from torc.workspace.description import CameraMount
 

@@ -55,7 +55,7 @@ def test_what_is_unambiguous_is_read(tmp_path, name):
         ({"suport": 1.0}, "Did you mean 'support_z_m'"),
         ({"table_height": 1.0}, "Give support_z_m"),
         ({"masks": LABELS}, "labels and masks both mean labels"),
-        ({"extrinsics": SEEN.T_world_camera}, "both give the camera's pose"),
+        ({"extrinsics": SEEN.T_world_camera}, "T_world_camera and extrinsics say the same"),
         ({"intrinsics": SEEN.K}, "both mean K"),
         ({"depth_m": None, "depth": np.ones((240, 320), np.uint16), "depth_scale": 1000.0}, "give 0.001"),
     ],

@@ -12,10 +12,9 @@ from tools.eyes import descriptor, train  # noqa: E402
 from tools.eyes.export import export_descriptor  # noqa: E402
 from tools.eyes.network import OUTPUTS, Descriptor, Eyes  # noqa: E402
 from tools.eyes.shipped import shipped_descriptor, shipped_eyes  # noqa: E402
-from torc.perception.embedded.crops import SIDE_PX, descriptor_inputs  # noqa: E402
 from torc.perception.embedded.inputs import CHANNELS  # noqa: E402
 from torc.perception.embedded.instances import OFFSETS  # noqa: E402
-from torc.perception.embedded.model import DESCRIPTOR, onnx_session, segment_patch  # noqa: E402
+from torc.perception.embedded.model import DESCRIPTOR, SIDE_PX, descriptor_inputs, onnx_session, segment_patch  # noqa: E402  # noqa: E402
 
 
 def test_partners_are_those_of_the_offsets(rng):

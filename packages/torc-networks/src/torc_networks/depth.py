@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 from torc import Observation
-from torc.perception.disparity import LearnedStereoConfig, is_scaled, pair_of, scaled, with_disparity
+from torc.perception.stereo import LearnedStereoConfig, is_scaled, pair_of, scaled, with_disparity
 from torc_networks.addresses import ServerConfig
 from torc_networks.client import NetworkClient
 from torc_networks.fields import read_disparity

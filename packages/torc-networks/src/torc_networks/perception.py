@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from torc import Observation, Wanted
-from torc.perception.disparity import full_size, is_scaled
 from torc.perception.from_masks import FromMasks, FromMasksConfig, Masks
 from torc.perception.segmentation import valid_depth
+from torc.perception.stereo import full_size, is_scaled
 from torc.workspace.description import Workspace
 from torc_networks.addresses import ServerConfig
 from torc_networks.client import NetworkClient

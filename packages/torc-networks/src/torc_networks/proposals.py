@@ -17,8 +17,7 @@ import numpy as np
 from jaxtyping import Bool, Float32, Int64
 
 from torc import InputError, Observation
-from torc.perception.embedded.inputs import View
-from torc.perception.embedded.region import rising
+from torc.perception.embedded.inputs import View, rising
 from torc.perception.from_masks import Masks
 from torc.perception.segmentation import PerceptionConfig, valid_depth
 from torc.workspace.description import Workspace

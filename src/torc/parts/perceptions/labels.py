@@ -1,3 +1,3 @@
 """The masks that come with the picture; embedded reads a frame without them."""
 
-from torc.perception.privileged import LabelPerception as PART
+from torc.perception.segmentation import LabelPerception as PART

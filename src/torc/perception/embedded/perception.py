@@ -6,10 +6,17 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Float32, Int16
 
-from torc.perception.embedded.inputs import Patch, View, Window, channels, cut, hangs_upside_down, turned_over
-from torc.perception.embedded.instances import OFFSETS, InstanceConfig, Instances, find_instances
+from torc.perception.embedded.inputs import (
+    View,
+    Window,
+    channels,
+    cut,
+    hangs_upside_down,
+    turned_over,
+    window_on,
+)
+from torc.perception.embedded.instances import OFFSETS, InstanceConfig, find_instances
 from torc.perception.embedded.model import MULTIPLE_PX, segment_patch
-from torc.perception.embedded.region import window_on
 from torc.perception.from_masks import FromMasks, FromMasksConfig, Masks
 from torc.perception.protocol import Wanted
 from torc.perception.segmentation import valid_depth
@@ -55,14 +62,11 @@ class EmbeddedPerception(FromMasks):
         if place is None:
             return np.full(depth.shape, -1, np.int16), np.zeros(0, np.float32)
         window, height, width = place
-        instances = self._instances(cut(view, window, height, width))
-        label = uncut(instances.label, window, depth.shape)
-        return np.ascontiguousarray(label[::-1, ::-1]) if upside_down else label, instances.sureness
-
-    def _instances(self, patch: Patch) -> Instances:
-        threads = self.config.threads
-        out = both_ways(lambda inputs: segment_patch(inputs, threads), channels(patch))
-        return find_instances(out[0], out[1:], self.config.instances)
+        inputs = channels(cut(view, window, height, width))
+        out = both_ways(lambda given: segment_patch(given, self.config.threads), inputs)
+        found = find_instances(out[0], out[1:], self.config.instances)
+        label = uncut(found.label, window, depth.shape)
+        return np.ascontiguousarray(label[::-1, ::-1]) if upside_down else label, found.sureness
 
 
 def uncut(

@@ -4,13 +4,7 @@ docs/frames.md lists the contents of the two forms, a .npz file and a directory.
 target; a frame in which no object has that label is refused.
 """
 
-from torc.pipeline.frames.frame_files import (
-    frame_of,
-    load_capture,
-    load_frame,
-    save_frame,
-    save_observation,
-)
-from torc.pipeline.frames.stored import Frame
+from torc.pipeline.frames.frame import Frame, save_frame, save_observation
+from torc.pipeline.frames.frame_files import frame_of, load_capture, load_frame
 
 __all__ = ["Frame", "frame_of", "load_capture", "load_frame", "save_frame", "save_observation"]

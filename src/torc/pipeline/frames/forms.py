@@ -1,59 +1,56 @@
 """Read the two forms of a stored frame: a directory with rgb.png, depth.png, frame.json and more; a .npz file."""
 
-from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from jaxtyping import UInt8
+from jaxtyping import Float32, Int64, UInt8
 from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    FiniteFloat,
+    StrictBool,
+    StrictInt,
     ValidationError,
+    model_validator,
 )
 
 from torc.errors import InputError
-from torc.geometry.transforms import Pose, invert
+from torc.geometry.transforms import invert
 from torc.io.pictures import in_eight_bits, read_pixels
 from torc.io.reading import read_json
 from torc.io.record_files import read_arrays
-from torc.io.strict_yaml import explain_faults
+from torc.io.strict_yaml import Number, explain_faults
+from torc.pipeline.frames.against_picture import direction_of
 from torc.pipeline.frames.names import UNUSED, our_names, plain_name
-from torc.pipeline.frames.plausibility import check_pose
-from torc.pipeline.frames.stored import GridSettings, Settings, StoredFrame
-from torc.pipeline.frames.values import parse_pose, size_beside
-from torc.records import StereoPair
+from torc.pipeline.frames.plausibility import check_intrinsics, check_pose, clean_depth
+from torc.pipeline.frames.values import parse_intrinsics, parse_pose, size_beside
+from torc.records import ROBOT, Observation, StereoPair
 
 MAX_SIDE_PX, MIN_SIDE_PX = 8192, 16
 MAX_PIXELS = 20_000_000
+_MAX_TEXT = 500
+_MAX_VOXELS = 20e6
+_LARGEST_UNIT_M = 0.1
+_MOST_INSTANCES = 1000
 FILES = ("frame.json", "rgb.png", "depth.png")
 """Files of a directory."""
 MAYBE = ("labels.png", "left.png", "right.png")
 """Files of a directory that may be missing."""
 IMAGES = ("rgb", "labels", "depth_m", "depth", "left", "right")
-_PAIR = ("left", "right", "baseline_m")
-SETTINGS = (
-    "K",
-    "T_world_camera",
-    "pose_estimated",
-    "target",
-    "target_description",
-    "support_z_m",
-    "background",
-    "robot",
-    "baseline_m",
-)
-FILE_KEYS: tuple[str, ...] = (*SETTINGS, "depth_scale", "grid_origin", "grid_voxel_size_m", "grid_shape")
-_MORE = ("intrinsics", "camera_pose", "depth_scale_m", "names", "grid", "version")
-DIRECTORY_KEYS: tuple[str, ...] = (*SETTINGS, *_MORE)
 _PICTURES = (*IMAGES, "bgr", "depth_mm")
+_PAIR = ("left", "right", "baseline_m")
 _CENTRE_AND_FOCUS = ("fx", "fy", "cx", "cy", "ppx", "ppy")
-_ALSO_READ = ("depth_scale_m", "T_camera_world", "extrinsics", "depth_factor", *_CENTRE_AND_FOCUS)
 _POSES = ("T_world_camera", "T_camera_world", "extrinsics")
 _PLAUSIBLE_M = (0.1, 10.0)
 """Range of the median of a depth in metres."""
-_LARGEST_UNIT_M = 0.1
 _LEAST_BOP_SCALE = 0.02
 _INTEGERS = ("uint16", "int16", "uint32", "int32", "uint64", "int64")
+_GREY = (("uint8",), "grey pictures, uint8 (h, w)")
 _NEEDED = {
     "rgb": (("uint8",), "uint8 (h, w, 3), red first"),
     "depth_m": (
@@ -65,10 +62,83 @@ _NEEDED = {
         ("uint8", "int8", *_INTEGERS),
         "integers of shape (h, w), one instance number per pixel; a color-coded picture has to be turned into numbers",
     ),
-    "left": (("uint8",), "grey pictures, uint8 (h, w)"),
-    "right": (("uint8",), "grey pictures, uint8 (h, w)"),
+    "left": _GREY,
+    "right": _GREY,
 }
 """Allowed pixel types, and the message for others."""
+
+
+class GridSettings(BaseModel):
+    """A voxel grid from a file."""
+
+    model_config = ConfigDict(extra="forbid")
+    origin: tuple[FiniteFloat, FiniteFloat, FiniteFloat]
+    voxel_size_m: Number = Field(ge=0.001, le=0.1)
+    shape: tuple[int, int, int]
+
+    @model_validator(mode="after")
+    def _not_too_large(self) -> "GridSettings":
+        if not all(1 <= n <= 1000 for n in self.shape) or np.prod(self.shape) > _MAX_VOXELS:
+            raise ValueError(f"shape is {self.shape}; need 1..1000 a side, 20 million in all")
+        return self
+
+
+def _depth_unit(metres: float) -> float:
+    """Return metres per unit of depth. Raises ValueError if implausible."""
+    if 1e-6 <= metres <= _LARGEST_UNIT_M:
+        return metres
+    turned = f" {metres:g} looks like units per metre: give {1 / metres:g}" if metres >= 100 else ""
+    raise ValueError(
+        f"is metres per unit, 0.001 for millimetres; it must be 1e-06 to {_LARGEST_UNIT_M}.{turned}"
+    )
+
+
+class Settings(BaseModel):
+    """Everything that a frame holds beside its images."""
+
+    model_config = ConfigDict(extra="forbid")
+    K: Annotated[Any, BeforeValidator(parse_intrinsics)]
+    T_world_camera: Annotated[Any, BeforeValidator(parse_pose)] = None
+    pose_estimated: StrictBool = False
+    depth_scale_m: Annotated[Number, AfterValidator(_depth_unit)] = 0.001
+    target: StrictInt | str | None = None
+    target_description: str = Field("", max_length=_MAX_TEXT)
+    support_z_m: Annotated[Number, Field(allow_inf_nan=False)] | None = None
+    background: StrictInt | None = None
+    robot: StrictInt = ROBOT
+    baseline_m: Annotated[Number, Field(gt=0.0, le=10.0)] | None = None
+    grid: GridSettings | None = None
+    names: dict[int, Annotated[str, BeforeValidator(lambda name: str(name)[:_MAX_TEXT])]] = {}
+    version: Literal[1] = 1
+
+
+KEYS: tuple[str, ...] = (
+    *Settings.model_fields,
+    "depth_scale",
+    *(f"grid_{k}" for k in GridSettings.model_fields),
+)
+"""Keys of a frame beside its images. Further ones are only read."""
+_ALSO_READ = ("T_camera_world", "extrinsics", "depth_factor", *_CENTRE_AND_FOCUS)
+
+
+@dataclass(frozen=True)
+class StoredFrame:
+    """A frame as it was stored in the file `where`, checked.
+
+    Attributes:
+        depth_m: 0 where there is no reading.
+        labels: in the file's own numbers; None without masks.
+        pair: what a stereo camera saw, if it is stored too.
+        notes: how the file was understood.
+    """
+
+    where: str
+    rgb: UInt8[np.ndarray, "h w 3"]
+    depth_m: Float32[np.ndarray, "h w"]
+    labels: Int64[np.ndarray, "h w"] | None
+    settings: Settings
+    pair: StereoPair | None = None
+    notes: tuple[str, ...] = ()
 
 
 _Images = dict[str, tuple[str, np.ndarray]]
@@ -88,97 +158,79 @@ def read_frame(path: Path) -> StoredFrame:
     if path.is_dir():
         where = str(path / "frame.json")
         data = read_json(path / "frame.json")
-        names = our_names(where, data, (*DIRECTORY_KEYS, *_ALSO_READ))
+        names = our_names(where, data, (*KEYS, *_ALSO_READ))
         images = {file.stem: (str(file), read_pixels(file)) for file in files if file.suffix == ".png"}
     elif path.suffix == ".npz":
         where, arrays = str(path), read_arrays(path)
-        names = our_names(where, arrays, (*_PICTURES, *FILE_KEYS, *_ALSO_READ))
+        names = our_names(where, arrays, (*_PICTURES, *KEYS, *_ALSO_READ))
         images = {ours: (f"{path}, key {k}", arrays.pop(k)) for k, ours in names.items() if ours in _PICTURES}
         data = {k: a.item() if a.size == 1 else a.tolist() for k, a in arrays.items()}
     else:
         raise InputError(f"'{path}' is neither a .npz file nor a directory with {', '.join(FILES)}.")
-    notes = [
-        f"'{k}' is not read. Call it labels if these are the masks to use." for k in data if k == "truth"
-    ]
-    return _stored(where, images, {k: v for k, v in data.items() if k not in UNUSED}, names, notes)
+    notes = ["'truth' is not read. Call it labels if these are the masks to use."] if "truth" in data else []
+    values = {names[k]: v for k, v in data.items() if k not in UNUSED}
+    return _stored(where, images, values, {ours: k for k, ours in names.items()}, notes)
 
 
 def _stored(
-    where: str, images: _Images, data: Mapping[str, Any], names: Mapping[str, str], notes: list[str]
+    where: str, images: _Images, values: dict[str, Any], theirs: dict[str, str], notes: list[str]
 ) -> StoredFrame:
-    """Build a frame from pictures and values under foreign names."""
-    theirs = {ours: k for k, ours in names.items()}
-    values = {names[k]: v for k, v in data.items()}
+    """Build a frame from pictures and values; `theirs` has the file's own names of the keys."""
     if grid := {k: values.pop(f"grid_{k}") for k in GridSettings.model_fields if f"grid_{k}" in values}:
         values["grid"] = grid
-    if apart := {k: values.pop(k) for k in _CENTRE_AND_FOCUS if k in values}:
-        if "K" in values:
-            raise InputError(f"{where}: {theirs['K']} and {', '.join(apart)} both give intrinsics. Keep one.")
-        values["K"] = apart
-    if len(poses := [theirs[k] for k in _POSES if k in values]) > 1:
-        raise InputError(
-            f"{where}: keys {' and '.join(poses)} both give the camera's pose. Keep one of them."
-        )
-    open_pose = None
-    if "extrinsics" in values:
-        open_pose = _pose(where, theirs["extrinsics"], values.pop("extrinsics"))
-    if "T_camera_world" in values:
-        values["T_world_camera"] = invert(
-            _pose(where, theirs["T_camera_world"], values.pop("T_camera_world"))
-        )
+    if apart := [k for k in _CENTRE_AND_FOCUS if k in values]:
+        _one_of(where, [theirs[k] for k in ("K", apart[0]) if k in values])
+        values["K"] = {k: values.pop(k) for k in apart}
+    poses = [k for k in _POSES if k in values]
+    _one_of(where, [theirs[k] for k in poses])
+    for pose in poses:
+        values["T_world_camera"], theirs["T_world_camera"] = values.pop(pose), theirs[pose]
     _settle_depth_unit(where, values, theirs, notes)
     images = _our_pictures(where, images, values)
     try:
         size = size_beside(values.get("K"))
         settings = Settings.model_validate(values)
     except ValidationError as error:
-        lines = [line.strip() for line in explain_faults(error).splitlines()]
-        faults = [f"key {_named(line, theirs)}" for line in lines]
+        faults = []
+        for line in explain_faults(error).splitlines():
+            key, _, fault = line.strip().partition(":")
+            faults.append(f"key {theirs.get(key, key)}:{fault}")
         raise InputError(f"{where}, {'; '.join(faults)}.") from None
     except ValueError as error:
         raise InputError(f"{where}, key {theirs.get('K', 'K')}: {error}.") from None
-    stored = _checked(where, images, settings)
-    height, width = stored.depth_m.shape
+    rgb, depth_m, labels = _checked(where, images, settings)
+    height, width = depth_m.shape
     if size not in (None, (width, height)):
         raise InputError(
             f"{where}, key {theirs.get('K', 'K')}: these intrinsics are of {size[0]}x{size[1]} pixels, the pictures "
             f"have {width}x{height}. Scale fx, fy, cx and cy with the picture, or take those of its size."
         )
-    return replace(
-        stored, open_pose=open_pose, open_pose_key=theirs.get("extrinsics", "extrinsics"), notes=tuple(notes)
-    )
+    check_intrinsics(where, settings.K, depth_m.shape)
+    if poses:
+        T, key = settings.T_world_camera, theirs["T_world_camera"]
+        check_pose(f"{where}, key {key}", T)
+        if poses == ["extrinsics"]:
+            bare = Observation(rgb, depth_m, settings.K, np.eye(4), np.zeros(0), 0.0)
+            T, note = direction_of(where, key, T, bare)
+            notes.append(note)
+        T = invert(T) if poses == ["T_camera_world"] else T
+        settings = settings.model_copy(update={"T_world_camera": T})
+    return StoredFrame(where, rgb, depth_m, labels, settings, _pair(where, images, settings), tuple(notes))
 
 
-def _named(fault: str, theirs: Mapping[str, str]) -> str:
-    """Return a fault under the file's own key."""
-    field, rest = fault.split(":", 1) if ":" in fault else (fault, "")
-    return f"{theirs.get(field, field)}:{rest}"
+def _one_of(where: str, given: list[str]) -> None:
+    """Raise InputError if more than one of several keys that say the same is given."""
+    if len(given) > 1:
+        raise InputError(f"{where}: {' and '.join(given)} say the same. Keep one of them.")
 
 
-def _pose(where: str, key: str, given: Any) -> Pose:
-    try:
-        pose = parse_pose(given)
-    except ValueError as error:
-        raise InputError(f"{where}, key {key}: {error}.") from None
-    check_pose(f"{where}, key {key}", pose)
-    return pose
-
-
-def _settle_depth_unit(
-    where: str, values: dict[str, Any], theirs: Mapping[str, str], notes: list[str]
-) -> None:
+def _settle_depth_unit(where: str, values: dict[str, Any], theirs: dict[str, str], notes: list[str]) -> None:
     """Convert units per metre, and BOP's millimetres per unit, to metres per unit."""
     if "depth_factor" in values:
-        factor = values.pop("depth_factor")
-        if "depth_scale_m" in values or "depth_scale" in values:
-            raise InputError(
-                f"{where}: {theirs['depth_factor']} and the depth's scale say the same. Keep one."
-            )
-        if isinstance(factor, bool) or not isinstance(factor, int | float) or not 10 <= factor <= 1e6:
-            raise InputError(
-                f"{where}, key {theirs['depth_factor']}: {factor!r} is no number of units per metre."
-            )
-        values["depth_scale_m"] = 1 / factor
+        _one_of(where, [theirs[k] for k in ("depth_factor", "depth_scale_m") if k in values])
+        factor, theirs["depth_scale_m"] = values.pop("depth_factor"), theirs["depth_factor"]
+        number = isinstance(factor, int | float) and not isinstance(factor, bool) and factor > 0
+        values["depth_scale_m"] = 1 / factor if number else factor
     scale = values.get("depth_scale_m")
     bop = plain_name(theirs.get("K", "")) == "camk"
     if bop and isinstance(scale, int | float) and _LEAST_BOP_SCALE <= scale <= 10:
@@ -189,17 +241,13 @@ def _settle_depth_unit(
 def _our_pictures(where: str, images: _Images, values: dict[str, Any]) -> _Images:
     """Return the pictures in the forms that torc works with. `values` gets the depth unit that a name states."""
     images = dict(images)
-    _one_of(where, images, "rgb", "bgr")
-    _one_of(where, images, "depth_m", "depth", "depth_mm")
-    if "bgr" in images:
-        place, picture = images.pop("bgr")
-        images["rgb"] = place, as_rgb(picture)[..., ::-1]
-    if "rgb" in images:
-        place, picture = images["rgb"]
-        images["rgb"] = place, as_rgb(picture)
+    for names in (("rgb", "bgr"), ("depth_m", "depth", "depth_mm")):
+        _one_of(where, [k for k in names if k in images])
+    for name in {"rgb", "bgr"} & set(images):
+        place, picture = images.pop(name)
+        images["rgb"] = place, as_rgb(picture)[..., ::-1] if name == "bgr" else as_rgb(picture)
     if "depth_mm" in images:
-        if "depth_scale_m" in values:
-            raise InputError(f"{where}: depth_mm has its unit in its name. Leave the depth's scale out.")
+        _one_of(where, ["depth_mm", *(k for k in values if k == "depth_scale_m")])
         values["depth_scale_m"] = 0.001
         place, depth = images.pop("depth_mm")
         floats = np.issubdtype(depth.dtype, np.floating)
@@ -210,14 +258,8 @@ def _our_pictures(where: str, images: _Images, values: dict[str, Any]) -> _Image
         place, depth = images.pop("depth")
         images["depth_m"] = place, depth * _scale_of_floats(place, depth, values.get("depth_scale_m"))
     if "labels" in images:
-        place, labels = images["labels"]
-        images["labels"] = place, as_labels(labels)
+        images["labels"] = images["labels"][0], as_labels(images["labels"][1])
     return images
-
-
-def _one_of(where: str, images: _Images, *names: str) -> None:
-    if len(several := [k for k in names if k in images]) > 1:
-        raise InputError(f"{where}: {' and '.join(several)} say the same. Keep one of them.")
 
 
 def _scale_of_floats(place: str, depth: np.ndarray, scale: Any) -> np.float32:
@@ -235,13 +277,16 @@ def _scale_of_floats(place: str, depth: np.ndarray, scale: Any) -> np.float32:
     return np.float32(fit[0])
 
 
-def _checked(where: str, images: Mapping[str, tuple[str, np.ndarray]], settings: Settings) -> StoredFrame:
-    """Check these images, each with its place for messages, and build the frame."""
+def _checked(
+    where: str, images: _Images, settings: Settings
+) -> tuple[UInt8[np.ndarray, "h w 3"], Float32[np.ndarray, "h w"], Int64[np.ndarray, "h w"] | None]:
+    """Check these images; return colour, depth in metres, and labels if there are any."""
     depth = "depth_m" if "depth_m" in images else "depth"
     if missing := [k for k in ("rgb", depth) if k not in images]:
-        forms = "; that is depth_m (floats, metres), or depth (integers) with depth_scale"
-        more = forms if depth in missing else ""
-        raise InputError(f"{where} lacks {', '.join(missing)}{more}.")
+        raise InputError(
+            f"{where} lacks {', '.join(missing)}. It needs rgb, and depth_m (floats, metres), or depth (integers) with "
+            "depth_scale."
+        )
     shapes = {}
     for key in [k for k in ("rgb", depth, "labels", "left", "right") if k in images]:
         place, image = images[key]
@@ -255,17 +300,16 @@ def _checked(where: str, images: Mapping[str, tuple[str, np.ndarray]], settings:
                 f"{place} is {w}x{h} pixels; sides must be {MIN_SIDE_PX}..{MAX_SIDE_PX} and at most "
                 f"{MAX_PIXELS // 10**6} megapixels in all. Scale the images and K."
             )
-        shapes[key] = f"{key} {w}x{h}"
-    if len({images[key][1].shape[:2] for key in shapes}) > 1:
-        sizes = ", ".join(shapes.values())
+        shapes[key] = f"{w}x{h}"
+    if len({*shapes.values()}) > 1:
+        sizes = ", ".join(f"{key} {size}" for key, size in shapes.items())
         raise InputError(f"{where}: image sizes differ ({sizes}). Register all of them to one camera.")
-    rgb, depth_image = images["rgb"][1], images[depth][1]
     labels = images["labels"][1].astype(np.int64) if "labels" in images else None
-    depth_m = (depth_image * (1.0 if depth == "depth_m" else settings.depth_scale_m)).astype(np.float32)
-    return StoredFrame(where, rgb, depth_m, labels, settings, _pair(where, images, settings))
+    depth_m = (images[depth][1] * (1.0 if depth == "depth_m" else settings.depth_scale_m)).astype(np.float32)
+    return images["rgb"][1], clean_depth(where, depth_m), labels
 
 
-def _pair(where: str, images: Mapping[str, tuple[str, np.ndarray]], settings: Settings) -> StereoPair | None:
+def _pair(where: str, images: _Images, settings: Settings) -> StereoPair | None:
     """Return the stereo pair, if the frame has one. Raises InputError if it is incomplete."""
     missing = [k for k in _PAIR if k not in images and getattr(settings, k, None) is None]
     if missing and len(missing) < len(_PAIR):
@@ -273,9 +317,6 @@ def _pair(where: str, images: Mapping[str, tuple[str, np.ndarray]], settings: Se
     if missing:
         return None
     return StereoPair(images["left"][1], images["right"][1], float(settings.baseline_m or 0.0))
-
-
-_MOST_INSTANCES = 1000
 
 
 def as_rgb(image: np.ndarray) -> UInt8[np.ndarray, "h w 3"] | np.ndarray:

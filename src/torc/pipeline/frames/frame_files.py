@@ -1,4 +1,4 @@
-"""Read and write frames in either form; refuse implausible ones with the likely cause."""
+"""Turn stored frames into frames ready for the pipeline; refuse implausible ones with the likely cause."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -9,21 +9,20 @@ import numpy as np
 from jaxtyping import Float, Float32, Int16
 
 from torc.errors import InputError
-from torc.geometry.transforms import unproject
+from torc.geometry.transforms import masked_points
 from torc.perception.segmentation import PerceptionConfig
-from torc.pipeline.frames.against_picture import direction_of, doubts
-from torc.pipeline.frames.forms import read_frame
+from torc.pipeline.frames.against_picture import doubts
+from torc.pipeline.frames.forms import StoredFrame, read_frame
+from torc.pipeline.frames.frame import HIDDEN, Frame
 from torc.pipeline.frames.level import largest_plane, level_pose
-from torc.pipeline.frames.plausibility import check_intrinsics, check_pose, clean_depth, intrinsics_doubts
+from torc.pipeline.frames.plausibility import clean_depth, intrinsics_doubts
 from torc.pipeline.frames.registration import registration_doubt
-from torc.pipeline.frames.stored import HIDDEN, Frame, StoredFrame
 from torc.pipeline.frames.support_plane import (
     estimate_support_z_m,
     grid_around,
     object_points,
     standing_points,
 )
-from torc.pipeline.frames.writing import write_frame, write_observation
 from torc.records import BACKGROUND, MAX_OBJECTS, ROBOT, TARGET_ID, Capture, Observation, VoxelGrid
 
 _RANGE = PerceptionConfig()
@@ -48,8 +47,7 @@ def load_frame(path: str | Path) -> Frame:
     given = stored.settings
     capture, ids, notes = _observed(stored)
     observation = capture.observation
-    if capture.label_image is not None:
-        _check_range(stored.where, observation, capture.label_image)
+    _check_range(stored.where, capture)
     support_z_m, grid = _support_height(stored.where, capture, given.support_z_m), given.grid
     return Frame(
         observation=observation,
@@ -92,61 +90,26 @@ def frame_of(observation: Observation, where: str = "The snapshot") -> Frame:
     return Frame(observation, None, "", support_z_m, grid, support_estimated=True)
 
 
-def save_frame(path: str | Path, frame: Frame) -> None:
-    """Write a frame for `load_frame`. Labels are written as object ids.
-
-    Args:
-        path: a path that ends in .npz, or a directory, which is made. A directory rounds depth to 0.1 mm, or to 1 mm if
-            some is beyond 6.5 m; an .npz file has no names.
-        frame: the frame.
-
-    Raises:
-        InputError: it cannot be written.
-    """
-    try:
-        write_frame(Path(path), frame)
-    except OSError as error:
-        raise InputError(f"Cannot write the frame to '{path}': {error}.") from error
-
-
-def save_observation(path: str | Path, observation: Observation, target_description: str = "") -> None:
-    """Write a snapshot as a frame without support and grid; its reader finds them. Raises as `save_frame`."""
-    try:
-        write_observation(Path(path), observation, target_description)
-    except OSError as error:
-        raise InputError(f"Cannot write the frame to '{path}': {error}.") from error
-
-
 def _observed(stored: StoredFrame, level: bool = True) -> tuple[Capture, dict[int, int], tuple[str, ...]]:
-    """Return the checked snapshot of a file, the object id per label, and notes on how the file was understood.
+    """Return the snapshot of a file, the object id per label, and notes on how the file was understood.
 
     A missing pose is estimated.
     """
-    where, given, notes = stored.where, stored.settings, stored.notes
-    depth_m = clean_depth(where, stored.depth_m)
-    check_intrinsics(where, given.K, depth_m.shape)
-    pose = np.eye(4) if given.T_world_camera is None else given.T_world_camera
-    check_pose(where, pose)
-    if stored.open_pose is not None:
-        bare = Observation(stored.rgb, depth_m, given.K, pose, np.zeros(0), 0.0)
-        pose, note = direction_of(where, stored.open_pose_key, stored.open_pose, bare)
-        given, notes = given.model_copy(update={"T_world_camera": pose}), (*notes, note)
-        stored = replace(stored, settings=given)
-    stored, table = without_table(stored, depth_m)
+    given, pose = stored.settings, stored.settings.T_world_camera
+    stored, table = without_table(stored)
     ids, label_image = _object_ids(stored)
     observation = Observation(
         stored.rgb,
-        depth_m,
+        stored.depth_m,
         given.K,
-        pose,
+        np.eye(4) if pose is None else pose,
         np.zeros(0),
         0.0,
         pair=stored.pair,
-        pose_estimated=given.pose_estimated or given.T_world_camera is None,
+        pose_estimated=given.pose_estimated or pose is None,
     )
-    missing = given.T_world_camera is None and level
     capture = Capture(observation, label_image)
-    return (_levelled(stored, capture) if missing else capture), ids, (*notes, *table)
+    return (_levelled(stored, capture) if pose is None and level else capture), ids, (*stored.notes, *table)
 
 
 def _levelled(stored: StoredFrame, capture: Capture) -> Capture:
@@ -233,9 +196,11 @@ def _target_label(stored: StoredFrame, present: list[int]) -> int | None:
     return label
 
 
-def _check_range(where: str, observation: Observation, label: Int16[np.ndarray, "h w"]) -> None:
+def _check_range(where: str, capture: Capture) -> None:
     """Refuse frames whose objects lie mostly outside the range that perception uses."""
-    depth_m = observation.depth_m
+    depth_m, label = capture.observation.depth_m, capture.label_image
+    if label is None:
+        return
     readings = depth_m[(label >= 0) & (depth_m > 0)]
     if len(readings) == 0:
         raise InputError(
@@ -251,23 +216,23 @@ def _check_range(where: str, observation: Observation, label: Int16[np.ndarray, 
 
 def _support_height(where: str, capture: Capture, known_z_m: float | None) -> float:
     """Return the height of the support, estimated if unknown; check that the camera can see the objects on it."""
-    observation = capture.observation
-    points, pose = _things(capture), observation.T_world_camera
-    support_z_m, hint = known_z_m, _flip_hint(points, pose)
-    try:
-        if support_z_m is None:  # an estimated pose has the support at z = 0
-            support_z_m = 0.0 if observation.pose_estimated else estimate_support_z_m(capture)
-    except InputError as error:
-        raise InputError(f"{where}: {error}{hint}{_doubts(capture)}") from error
-    height = points[:, 2] - support_z_m
+    o, support_z_m = capture.observation, known_z_m
+    if support_z_m is None and o.pose_estimated:
+        support_z_m = 0.0
+    elif support_z_m is None:
+        try:
+            support_z_m = estimate_support_z_m(capture)
+        except InputError as error:
+            raise InputError(f"{where}: {error}{_doubts(capture)}") from error
+    camera_z_m = o.T_world_camera[2, 3]
+    height = object_points(capture)[:, 2] - support_z_m
     seen = float(np.mean((height > -0.03) & (height < 1.5)))
-    if pose[2, 3] <= support_z_m or (capture.label_image is not None and seen < 0.2):
-        hint += _doubts(capture, support_z_m)
+    if camera_z_m <= support_z_m or (capture.label_image is not None and seen < 0.2):
         raise InputError(
-            f"{where}: the camera does not see the workspace: it is at z = {pose[2, 3]:.3f} m, the support "
-            f"surface at {support_z_m:.3f} m, and {seen:.0%} of the objects' points lie 0..1.5 m above that (median "
-            f"height {np.median(height):.2f} m). Check camera pose, depth scale and support_z_m; the world's z points "
-            f"upwards.{hint}"
+            f"{where}: the camera does not see the workspace: it is at z = {camera_z_m:.3f} m, the support surface at "
+            f"{support_z_m:.3f} m, and {seen:.0%} of the objects' points lie 0..1.5 m above that (median height "
+            f"{np.median(height):.2f} m). Check camera pose, depth scale and support_z_m; the world's z points upwards."
+            f"{_doubts(capture, support_z_m)}"
         )
     return support_z_m
 
@@ -277,16 +242,6 @@ def _doubts(capture: Capture, support_z_m: float | None = None) -> str:
     return "".join(f" {doubt}" for doubt in doubts(capture, support_z_m))
 
 
-def _things(capture: Capture) -> Float[np.ndarray, "n 3"]:
-    """Return points of what may be objects: those with a label; without labels, all in sight."""
-    if capture.label_image is not None:
-        return object_points(capture)
-    observation = capture.observation
-    rows, cols = np.nonzero(observation.depth_m > 0)
-    depth = observation.depth_m[rows, cols].astype(float)
-    return unproject(rows, cols, depth, observation.K, observation.T_world_camera)
-
-
 def _standing(where: str, capture: Capture, support_z_m: float) -> Float[np.ndarray, "n 3"]:
     """Return points of what stands on the support. Raises InputError if nothing does."""
     if capture.label_image is not None:
@@ -294,25 +249,13 @@ def _standing(where: str, capture: Capture, support_z_m: float) -> Float[np.ndar
     observation = capture.observation
     points = standing_points(observation, support_z_m)
     if len(points) < _FEWEST_POINTS:
-        placed = not observation.pose_estimated
-        at = f", at z = {support_z_m:.3f} m," if placed else ""
-        check = "camera pose, support_z_m and the depth's unit" if placed else "the depth's unit"
         raise InputError(
             f"{where}: nothing stands on the support: {len(points)} pixels show anything above the largest level "
-            f"surface in sight{at} and {np.mean(observation.depth_m > 0):.0%} have a reading of depth at all. Is the "
-            f"table empty, or does one object fill the picture? If not, check {check}.{_doubts(capture)}"
+            f"surface in sight, at z = {support_z_m:.3f} m, and {np.mean(observation.depth_m > 0):.0%} have a reading "
+            "of depth at all. Is the table empty, or does one object fill the picture? If not, check the depth's unit, "
+            f"and the camera pose and support_z_m if they are given.{_doubts(capture)}"
         )
     return points
-
-
-def _flip_hint(points: Float[np.ndarray, "n 3"], T_world_camera: np.ndarray) -> str:
-    """Return a hint at the commonest mistake, a pose with OpenGL's camera axes (y up, looking along -z)."""
-    if np.median(points[:, 2]) > T_world_camera[2, 3] or T_world_camera[2, 2] > 0.2:
-        return (
-            " The camera seems to look upwards: is its pose in OpenGL's axes? "
-            "Then flip the signs of the matrix's second and third column."
-        )
-    return ""
 
 
 _CANDIDATES = (1, 2)
@@ -327,9 +270,7 @@ _ABOVE_SHARE = 0.9
 _FEWEST = 200
 
 
-def without_table(
-    stored: StoredFrame, depth_m: Float32[np.ndarray, "h w"]
-) -> tuple[StoredFrame, tuple[str, ...]]:
+def without_table(stored: StoredFrame) -> tuple[StoredFrame, tuple[str, ...]]:
     """Return the frame with the table as background, and a message about it; unchanged if the labels have no table.
 
     Raises InputError if the table is the target.
@@ -337,7 +278,7 @@ def without_table(
     labels, given = stored.labels, stored.settings
     if labels is None or given.background not in (None, 0) or labels.min() < 0:
         return stored, ()
-    table = next((k for k in _CANDIDATES if _is_table(labels, k, depth_m, given.K)), None)
+    table = next((k for k in _CANDIDATES if _is_table(labels, k, stored.depth_m, given.K)), None)
     if table is None:
         return stored, ()
     if given.target == table:
@@ -364,18 +305,14 @@ def _is_table(
     beside = mask & (cv2.dilate(others.astype(np.uint8), reach) > 0)  # elsewhere it may be the floor
     if beside.sum() < _FEWEST:
         return False
-    points, standing = _points(beside, depth_m, K), _points(others, depth_m, K)
-    up, camera_m, on_it = largest_plane(points)
+    plane, on_it = largest_plane(_some_points(beside, depth_m, K))
     if on_it.mean() < _LEAST_ON_PLANE:
         return False
-    rises = points @ up + camera_m > _FLAT_M
-    above = standing @ up + camera_m > -_FLAT_M
+    rises = plane.heights(_some_points(beside, depth_m, K)) > _FLAT_M
+    above = plane.heights(_some_points(others, depth_m, K)) > -_FLAT_M
     return bool(rises.mean() < _MOST_RISING and above.mean() > _ABOVE_SHARE)
 
 
-def _points(mask: np.ndarray, depth_m: np.ndarray, K: np.ndarray) -> Float[np.ndarray, "n 3"]:
-    rows, cols = np.nonzero(mask)
-    step = max(1, len(rows) // 4000)
-    rows, cols = rows[::step], cols[::step]
-    z = depth_m[rows, cols].astype(float)
-    return np.stack([(cols - K[0, 2]) / K[0, 0] * z, (rows - K[1, 2]) / K[1, 1] * z, z], axis=-1)
+def _some_points(mask: np.ndarray, depth_m: np.ndarray, K: np.ndarray) -> Float[np.ndarray, "n 3"]:
+    points = masked_points(mask, depth_m, K, np.eye(4))
+    return points[:: max(1, len(points) // 4000)]

@@ -58,10 +58,6 @@ OTHER_NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "robot": "robot_label robot_id",
             "left": "left_image image_left left_ir ir_left infra1",
             "right": "right_image image_right right_ir ir_right infra2",
-            "ppx": """
-                """,
-            "ppy": """
-                """,
         }.items()
     }
 )
@@ -70,20 +66,15 @@ OTHER_NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
 """
 UNUSED: tuple[str, ...] = ("truth", "timestamp", "stamp", "stamp_s")
 """Further entries that a frame may hold: masks to compare with, and when it was taken."""
+_LENS = "nothing for lens distortion: undistort the pictures and leave it out"
 _OPEN: Mapping[str, str] = MappingProxyType(
     {
         "table_height": "support_z_m (metres, in the world)",
         "baseline": "baseline_m (metres)",
         "quaternion": "camera_pose with position and wxyz (w first)",
-        "xyz": "depth_m (metres along the optical axis)",
-        "point_cloud": "depth_m (metres along the optical axis)",
-        "R": "T_world_camera, a 4x4 matrix that takes camera points to the world",
-        "t": "T_world_camera, a 4x4 matrix that takes camera points to the world",
-        "disparity": "depth_m (metres along the optical axis)",
-        "dist": "nothing for lens distortion: undistort the pictures and leave it out",
-        "distortion": "nothing for lens distortion: undistort the pictures and leave it out",
-        "dist_coeffs": "nothing for lens distortion: undistort the pictures and leave it out",
-        "coeffs": "nothing for lens distortion: undistort the pictures and leave it out",
+        **dict.fromkeys(("xyz", "point_cloud", "disparity"), "depth_m (metres along the optical axis)"),
+        **dict.fromkeys(("R", "t"), "T_world_camera, a 4x4 matrix that takes camera points to the world"),
+        **dict.fromkeys(("dist", "distortion", "dist_coeffs", "coeffs"), _LENS),
     }
 )
 """Ambiguous names, and what to give instead."""
@@ -98,47 +89,29 @@ _BY_PLAIN = {plain_name(n): ours for ours, others in OTHER_NAMES.items() for n i
 _OPEN_BY_PLAIN = {plain_name(n): remedy for n, remedy in _OPEN.items()}
 
 
-def our_names(where: str, keys: Iterable[str], known: Iterable[str]) -> dict[str, str]:
-    """Return our name of each key, leaving out those in UNUSED.
+def our_names(where: str, keys: Iterable[str], known: tuple[str, ...]) -> dict[str, str]:
+    """Return our name of each key of a file, leaving out those in UNUSED; `known` are our names that it may hold.
 
-    Args:
-        where: the place, for messages.
-        keys: keys of the file.
-        known: our names that the frame's form may hold.
-
-    Raises:
-        InputError: a key is unknown, or two keys mean one entry.
+    Raises InputError, beginning with `where`, if a key is unknown, or two keys mean one entry.
     """
-    known = [*dict.fromkeys(known)]
+    by_plain = {plain_name(name): name for name in known} | _BY_PLAIN
     named: dict[str, str] = {}
     for key in keys:
         if key in UNUSED:
             continue
-        ours = _ours(key, known)
-        if ours is None:
-            raise InputError(f"{where}: unknown key '{key}'. {_remedy(key, known)}")
+        ours = by_plain.get(plain_name(key))
+        if ours is None or ours not in known or key in _OPEN:  # capitals distinguish `t` from `T`
+            raise InputError(f"{where}: unknown key '{key}'. {_remedy(plain_name(key), by_plain, known)}")
+        if same := [k for k, name in named.items() if name == ours]:
+            raise InputError(f"{where}: keys {same[0]} and {key} both mean {ours}. Keep one of them.")
         named[key] = ours
-    for ours in set(named.values()):
-        if len(same := sorted(k for k, name in named.items() if name == ours)) > 1:
-            raise InputError(f"{where}: keys {' and '.join(same)} both mean {ours}. Keep one of them.")
     return named
 
 
-def _ours(key: str, known: list[str]) -> str | None:
-    """Return our name of a key; None if it is unknown."""
-    by_plain = {plain_name(name): name for name in known}
-    plain = plain_name(key)
-    ours = _BY_PLAIN.get(plain, by_plain.get(plain))
-    # Capitals distinguish `t` from `T`.
-    return None if key in _OPEN or ours not in known else ours
-
-
-def _remedy(key: str, known: list[str]) -> str:
-    if (remedy := _OPEN.get(key) or _OPEN_BY_PLAIN.get(plain_name(key))) is not None:
-        return f"Its meaning is open. Give {remedy}."
-    near = difflib.get_close_matches(key, known, n=1, cutoff=0.6)
-    plain = difflib.get_close_matches(plain_name(key), _BY_PLAIN, n=1, cutoff=0.75)
-    guess = near[0] if near else _BY_PLAIN[plain[0]] if plain else None
-    if guess in known:
-        return f"Did you mean '{guess}'? If not, remove it."
+def _remedy(plain: str, by_plain: Mapping[str, str], known: tuple[str, ...]) -> str:
+    if plain in _OPEN_BY_PLAIN:
+        return f"Its meaning is open. Give {_OPEN_BY_PLAIN[plain]}."
+    near = difflib.get_close_matches(plain, by_plain, n=1, cutoff=0.7)
+    if near and by_plain[near[0]] in known:
+        return f"Did you mean '{by_plain[near[0]]}'? If not, remove it."
     return f"Remove it, or use one of these: {', '.join(known)}."

@@ -12,32 +12,12 @@ _FARTHEST_M = 100.0
 _PRINCIPAL_POINT = (0.2, 0.8)
 """Least and largest cx and cy, as shares of width and height."""
 _CENTRED, _NEAR_CENTRE = 0.1, 0.03
-_SIZES = (
-    (320, 240),
-    (424, 240),
-    (480, 270),
-    (640, 360),
-    (640, 480),
-    (848, 480),
-    (960, 540),
-    (1280, 720),
-    (1920, 1080),
-)
-"""Common picture sizes; K often belongs to another one of these."""
-_MORE_SIZES = (
-    *(
-        (512, 424),
-        (640, 400),
-        (640, 576),
-        (672, 376),
-        (752, 480),
-        (800, 600),
-        (960, 600),
-        (1024, 768),
-        (1032, 772),
-    ),
-    *((1280, 800), (1280, 960), (1280, 1024), (1440, 1080), (1920, 1200), (2048, 1536), (2208, 1242)),
-)
+_USUAL_SIZES = "320x240 424x240 480x270 640x360 640x480 848x480 960x540 1280x720 1920x1080"
+_SIZES = """
+512x424 640x400 640x576 672x376 752x480 800x600 960x600 1024x768 1032x772 1280x800 1280x960 1280x1024 1440x1080
+1920x1200 2048x1536 2208x1242
+"""
+"""Picture sizes of cameras, the most common ones first; K often belongs to another one of these."""
 _OFF_CENTRE, _AT_CENTRE = 0.08, 0.01
 """Shares of width and height. A picture cut at random out of another of these sizes is doubted in 1 % of cases."""
 
@@ -76,44 +56,44 @@ def check_intrinsics(where: str, K: np.ndarray, shape: tuple[int, ...]) -> None:
             f"{where}, key K: {K.tolist()} does not fit images of {w}x{h} pixels. Were they scaled?"
         )
     x, y = K[0, 2] / w, K[1, 2] / h
-    centre = f"{where}, key K: the principal point ({K[0, 2]:.1f}, {K[1, 2]:.1f})"
-    exchanged = max(abs(K[1, 2] / w - 0.5), abs(K[0, 2] / h - 0.5))
-    if max(abs(x - 0.5), abs(y - 0.5)) > max(_CENTRED, 2 * exchanged):
-        raise InputError(
-            f"{centre} would fit the pictures of {w}x{h} pixels if cx and cy were exchanged. Is fx, cx, fy, cy in "
-            "this order, and K not of a turned picture?"
-        )
     low, high = _PRINCIPAL_POINT
-    if not (low <= x <= high and low <= y <= high):
-        raise InputError(
-            f"{centre} lies far from the middle of pictures of {w}x{h} pixels, so K belongs to pictures of another "
-            f"size, about {2 * K[0, 2]:.0f}x{2 * K[1, 2]:.0f}. Scale fx, fy, cx and cy as the pictures were scaled."
-        )
-    sizes = [size for size in _SIZES if size != (w, h)]
-    off = min(abs(x - 0.5), abs(y - 0.5)) > _CENTRED
-    for width, height in sizes if off else ():
-        if max(abs(K[0, 2] / width - 0.5), abs(K[1, 2] / height - 0.5)) < _NEAR_CENTRE:
-            raise InputError(
-                f"{centre} is the middle of pictures of {width}x{height} pixels, and these have {w}x{h}. Scale fx, fy, "
-                "cx and cy as the pictures were scaled."
-            )
+    exchanged = max(abs(K[1, 2] / w - 0.5), abs(K[0, 2] / h - 0.5))
+    other = _size_around(K, _USUAL_SIZES, _NEAR_CENTRE)
+    scale = "scale fx, fy, cx and cy as the pictures were scaled."
+    if max(abs(x - 0.5), abs(y - 0.5)) > max(_CENTRED, 2 * exchanged):
+        remedy = "It would fit if cx and cy were exchanged: is fx, cx, fy, cy in this order, and K not of a turned one?"
+    elif not (low <= x <= high and low <= y <= high):
+        remedy = f"So K belongs to another size, about {2 * K[0, 2]:.0f}x{2 * K[1, 2]:.0f}: {scale}"
+    elif min(abs(x - 0.5), abs(y - 0.5)) > _CENTRED and other not in (None, (w, h)):
+        remedy = f"It is the middle of pictures of {other[0]}x{other[1]} pixels: {scale}"
+    else:
+        return
+    raise InputError(
+        f"{where}, key K: the principal point ({K[0, 2]:.1f}, {K[1, 2]:.1f}) lies far from the middle of pictures of "
+        f"{w}x{h} pixels. {remedy}"
+    )
+
+
+def _size_around(K: np.ndarray, sizes: str, tolerance: float) -> tuple[int, int] | None:
+    """Return the size whose middle the principal point is, to within that share of width and height."""
+    known = [(int(w), int(h)) for w, h in (size.split("x") for size in sizes.split())]
+    off = {size: float(np.abs((K[:2, 2] + 0.5) / size - 0.5).max()) for size in known}
+    nearest = min(known, key=lambda size: off[size])
+    return nearest if off[nearest] <= tolerance else None
 
 
 def intrinsics_doubts(K: np.ndarray, shape: tuple[int, ...]) -> tuple[str, ...]:
     """Return a message if intrinsics (3, 3) that pass `check_intrinsics` fit pictures of another common size best."""
     h, w = shape[:2]
-    middle = K[:2, 2] + 0.5
-    if np.abs(middle / (w, h) - 0.5).max() < _OFF_CENTRE:
+    if np.abs((K[:2, 2] + 0.5) / (w, h) - 0.5).max() < _OFF_CENTRE:
         return ()
-    off = {size: float(np.abs(middle / size - 0.5).max()) for size in (*_SIZES, *_MORE_SIZES)}
-    width, height = min(off, key=lambda size: off[size])
-    if off[width, height] > _AT_CENTRE:
+    if (other := _size_around(K, _USUAL_SIZES + _SIZES, _AT_CENTRE)) is None:
         return ()
     return (
-        f"K seems to be of pictures of {width}x{height} pixels: its principal point ({K[0, 2]:.1f}, {K[1, 2]:.1f}) is "
-        f"the middle of those, and these have {w}x{h}. If they were scaled, scale fx and cx with the width, fy and cy "
-        "with the height. If they were cut out of larger ones, subtract from cx and cy what was cut off at the left "
-        "and at the top; if that was done, nothing is wrong.",
+        f"K seems to be of pictures of {other[0]}x{other[1]} pixels: its principal point ({K[0, 2]:.1f}, "
+        f"{K[1, 2]:.1f}) is the middle of those, and these have {w}x{h}. If they were scaled, scale fx and cx with the "
+        "width, fy and cy with the height. If they were cut out of larger ones, subtract from cx and cy what was cut "
+        "off at the left and at the top; if that was done, nothing is wrong.",
     )
 
 

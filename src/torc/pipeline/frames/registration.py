@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
-from jaxtyping import Bool, Complex, Float, Float32, Int, UInt8
+from jaxtyping import Bool, Float, Float32, Int, UInt8
 from scipy import fft
 
 _WIDTH_PX, _REACH_PX = 200, 30
@@ -39,27 +39,14 @@ _Steps = tuple[Int[np.ndarray, "n 2"], Int[np.ndarray, "m 2"]]
 
 
 class _Match(NamedTuple):
-    """Height of a match, scale of the depth about the middle of the picture, and shift in scaled-down pixels."""
+    """How well the steps match, in standard deviations; their scale about the middle of the picture, and their shift in
+    scaled-down pixels.
+    """
 
     height: float
     scale: float
     right_px: int
     down_px: int
-
-
-class _Overlay(NamedTuple):
-    """How well the scaled steps match for each shift, -REACH to REACH down and right.
-
-    Attributes:
-        height: of the match, in standard deviations.
-        usable: where enough of the steps stay in the picture.
-        moved_px: how far the steps move.
-    """
-
-    scale: float
-    height: Float[np.ndarray, "k k"]
-    usable: Bool[np.ndarray, "k k"]
-    moved_px: Float[np.ndarray, "k k"]
 
 
 def registration_doubt(rgb: UInt8[np.ndarray, "h w 3"], depth_m: Float32[np.ndarray, "h w"]) -> str:
@@ -70,11 +57,8 @@ def registration_doubt(rgb: UInt8[np.ndarray, "h w 3"], depth_m: Float32[np.ndar
     steps = _depth_steps(depth_m, height_px)
     if sum(map(len, steps)) < _FEWEST_STEPS:
         return ""
-    in_place, best = 0.0, _Match(0.0, 1.0, 0, 0)
-    for overlay in _overlays(steps, _color_edges(rgb, height_px)):
-        here = overlay.height[overlay.moved_px <= _IN_PLACE_PX]
-        in_place = max(in_place, float(here.max(initial=0)))
-        best = max(best, _best_elsewhere(overlay))
+    matches = list(_matches(steps, _color_edges(rgb, height_px)))
+    in_place, best = max(here for here, _ in matches), max(elsewhere for _, elsewhere in matches)
     if best.height < _MATCH or in_place >= _IN_PLACE * best.height:
         return ""
     right_px, down_px = (round(px * depth_m.shape[1] / _WIDTH_PX) for px in (best.right_px, best.down_px))
@@ -132,8 +116,8 @@ def _color_edges(rgb: UInt8[np.ndarray, "h w 3"], height_px: int) -> list[Float3
     ]
 
 
-def _overlays(steps: _Steps, edges: list[Float32[np.ndarray, "h w"]]) -> Iterator[_Overlay]:
-    """Yield the match of the steps with the edges at each scale."""
+def _matches(steps: _Steps, edges: list[Float32[np.ndarray, "h w"]]) -> Iterator[tuple[float, _Match]]:
+    """Yield, at each scale, the height of the match in place, and the best one elsewhere."""
     shape = edges[0].shape
     padded = tuple(fft.next_fast_len(n + 2 * _REACH_PX, True) for n in shape)
     strength = [fft.rfft2(e - e.mean(), padded) for e in edges]
@@ -141,15 +125,23 @@ def _overlays(steps: _Steps, edges: list[Float32[np.ndarray, "h w"]]) -> Iterato
     middle = np.array(shape) / 2
     radius = float(np.sqrt(np.mean(np.sum((np.concatenate(steps) - middle) ** 2, axis=1))))
     shifts = np.arange(-_REACH_PX, _REACH_PX + 1)
+    inner = np.abs(shifts) <= _REACH_PX - _BORDER_PX
     for scale in _SCALES:
         drawn = [fft.rfft2(_drawn((s - middle) * scale + middle, shape), padded).conj() for s in steps]
-        total = _at_shifts(sum(a * b for a, b in zip(strength, drawn)), padded)
-        seen = _at_shifts(picture * sum(drawn), padded)
+        total, seen = (
+            np.asarray(fft.irfft2(spectrum, padded)[np.ix_(shifts, shifts)])
+            for spectrum in (sum(a * b for a, b in zip(strength, drawn)), picture * sum(drawn))
+        )
         usable = seen > 0.5 * seen.max()
         mean = np.where(usable, total / np.maximum(seen, 1), 0)
         local = mean - cv2.blur(mean, (_SMOOTH_PX, _SMOOTH_PX))
+        height = local / max(float(local[usable].std()), 1e-9)
         moved_px = np.sqrt(shifts**2 + shifts[:, None] ** 2 + ((scale - 1) * radius) ** 2)
-        yield _Overlay(float(scale), local / max(float(local[usable].std()), 1e-9), usable, moved_px)
+        there = inner & inner[:, None] & usable & (moved_px > _ELSEWHERE_PX)
+        away = np.where(there, height, 0)
+        row, col = np.unravel_index(int(away.argmax()), away.shape)
+        elsewhere = _Match(float(away[row, col]), float(scale), int(shifts[col]), int(shifts[row]))
+        yield float(height[moved_px <= _IN_PLACE_PX].max(initial=0)), elsewhere
 
 
 def _drawn(points: Float[np.ndarray, "n 2"], shape: tuple[int, ...]) -> Float32[np.ndarray, "h w"]:
@@ -159,18 +151,3 @@ def _drawn(points: Float[np.ndarray, "n 2"], shape: tuple[int, ...]) -> Float32[
     out = np.zeros(shape, np.float32)
     out[tuple(cells.T)] = 1
     return out
-
-
-def _at_shifts(spectrum: Complex[np.ndarray, "h w"], shape: tuple[int, ...]) -> Float[np.ndarray, "k k"]:
-    """Return a correlation at the shifts from -REACH to REACH."""
-    shifts = np.arange(-_REACH_PX, _REACH_PX + 1)
-    return np.asarray(fft.irfft2(spectrum, shape)[np.ix_(shifts, shifts)])
-
-
-def _best_elsewhere(overlay: _Overlay) -> _Match:
-    inner = np.zeros(overlay.usable.shape, bool)
-    inner[_BORDER_PX:-_BORDER_PX, _BORDER_PX:-_BORDER_PX] = True
-    there = inner & overlay.usable & (overlay.moved_px > _ELSEWHERE_PX)
-    height = np.where(there, overlay.height, 0)
-    row, col = np.unravel_index(int(height.argmax()), height.shape)
-    return _Match(float(height[row, col]), overlay.scale, int(col) - _REACH_PX, int(row) - _REACH_PX)

@@ -1,15 +1,12 @@
 """Find where the objects stand, from one frame: the support's height and a voxel grid around the objects."""
 
-from typing import NamedTuple
-
 import cv2
 import numpy as np
 from jaxtyping import Float
 
 from torc.errors import InputError
-from torc.geometry.transforms import unproject
-from torc.perception.embedded.inputs import View
-from torc.perception.embedded.region import rising
+from torc.geometry.transforms import masked_points, unproject
+from torc.perception.embedded.inputs import View, rising
 from torc.records import BACKGROUND, Capture, Observation, VoxelGrid
 
 _HORIZONTAL_COS = 0.966
@@ -25,12 +22,10 @@ _OUTLINE_VOXEL_M = 0.01
 
 
 def object_points(capture: Capture) -> Float[np.ndarray, "n 3"]:
-    """Return world points of all pixels with a depth that show an object, by the labels."""
-    observation, label = capture.observation, capture.label_image
-    assert label is not None  # only for frames with masks
-    depth = observation.depth_m
-    rows, cols = np.nonzero((label >= 0) & (depth > 0))
-    return unproject(rows, cols, depth[rows, cols].astype(float), observation.K, observation.T_world_camera)
+    """Return world points of all pixels with a depth that show an object, by the labels; without labels, of all."""
+    o, label = capture.observation, capture.label_image
+    shown = (o.depth_m > 0) & (True if label is None else label >= 0)
+    return masked_points(shown, o.depth_m, o.K, o.T_world_camera)
 
 
 def estimate_support_z_m(capture: Capture) -> float:
@@ -42,23 +37,20 @@ def estimate_support_z_m(capture: Capture) -> float:
 
     Raises InputError if too little of any horizontal surface is in sight.
     """
-    surface = _horizontal_surface(capture)
-    heights = surface.points[:, 2]
+    points, weights = _horizontal_surface(capture)
+    heights = points[:, 2]
     if capture.label_image is not None:
         lowest = float(np.percentile(object_points(capture)[:, 2], 1))
         heights = heights[heights < lowest + _BELOW_LOWEST_M]
     if len(heights) < _MIN_POINTS:
-        what = "background pixels show a horizontal surface below the objects"
-        if capture.label_image is None:
-            what = "pixels show a horizontal surface"
         raise InputError(
-            f"The height of the support surface cannot be estimated: only {len(heights)} {what}. Give support_z_m; or "
-            "the camera pose is wrong."
+            f"The height of the support surface cannot be estimated: only {len(heights)} pixels of the background, "
+            "below what is labelled, show a horizontal surface. Give support_z_m; or the camera pose is wrong."
         )
     start = heights.min() - _BIN_M / 2
     bins = ((heights - start) / _BIN_M).astype(int)
     if capture.label_image is None:
-        smooth = np.convolve(np.bincount(bins, surface.weights), np.ones(3), "same")
+        smooth = np.convolve(np.bincount(bins, weights), np.ones(3), "same")
         peak = int(np.argmax(smooth))
     else:
         smooth = np.convolve(np.bincount(bins), np.ones(3), "same")
@@ -72,12 +64,12 @@ def estimate_support_z_m(capture: Capture) -> float:
 
 def level_heights(capture: Capture) -> Float[np.ndarray, "n"]:
     """Return world z of the pixels that show a horizontal surface, of the background if there are labels."""
-    return _horizontal_surface(capture).points[:, 2]
+    return _horizontal_surface(capture)[0][:, 2]
 
 
 def level_share(observation: Observation) -> float:
     """Return the share of the readings that show the largest horizontal surface below the camera."""
-    heights = np.sort(_horizontal_surface(Capture(observation)).points[:, 2])
+    heights = np.sort(level_heights(Capture(observation)))
     heights = heights[heights < observation.T_world_camera[2, 3]]
     if len(heights) == 0:
         return 0.0
@@ -90,7 +82,7 @@ def standing_points(observation: Observation, support_z_m: float) -> Float[np.nd
 
     Replaces `object_points` without labels.
     """
-    points = _horizontal_surface(Capture(observation)).points
+    points, _ = _horizontal_surface(Capture(observation))
     flat = points[np.abs(points[:, 2] - support_z_m) < 2.5 * _BIN_M]
     if len(flat) < _MIN_POINTS:
         return np.zeros((0, 3))
@@ -98,20 +90,14 @@ def standing_points(observation: Observation, support_z_m: float) -> Float[np.nd
     shape = np.maximum(np.ceil((high - low) / _OUTLINE_VOXEL_M), 1).astype(int)
     outline = VoxelGrid(np.array([*low, support_z_m]), _OUTLINE_VOXEL_M, (int(shape[0]), int(shape[1]), 1))
     view = View(observation.rgb, observation.depth_m, observation.K, observation.T_world_camera, support_z_m)
-    rows, cols = np.nonzero(rising(view, outline))
-    depth = observation.depth_m[rows, cols].astype(float)
-    return unproject(rows, cols, depth, observation.K, observation.T_world_camera)
+    return masked_points(rising(view, outline), view.depth_m, view.K, view.T_world_camera)
 
 
-class _Surface(NamedTuple):
-    """Points of a horizontal surface, and their weights, which fall towards the picture's edge."""
+def _horizontal_surface(capture: Capture) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n"]]:
+    """Return the points that show a horizontal surface, and their weights, which fall towards the picture's edge.
 
-    points: Float[np.ndarray, "n 3"]
-    weights: Float[np.ndarray, "n"]
-
-
-def _horizontal_surface(capture: Capture) -> _Surface:
-    """Return what shows a horizontal surface, of the background if there are labels."""
+    If there are labels, only the background counts.
+    """
     observation, label = capture.observation, capture.label_image
     depth = observation.depth_m
     rows, cols = np.mgrid[: depth.shape[0], : depth.shape[1]]
@@ -128,7 +114,7 @@ def _horizontal_surface(capture: Capture) -> _Surface:
     horizontal = usable & (np.abs(normal[..., 2]) > _HORIZONTAL_COS * length)
     v, u = (2 * (n / (size - 1)) - 1 for n, size in zip((rows, cols), depth.shape))
     weights = np.exp(-2 * (u**2 + v**2))[s:-s, s:-s]
-    return _Surface(points[s:-s, s:-s][horizontal], weights[horizontal])
+    return points[s:-s, s:-s][horizontal], weights[horizontal]
 
 
 def grid_around(

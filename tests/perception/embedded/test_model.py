@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from torc.perception.embedded.crops import SIDE_PX, crop, descriptor_inputs
+from torc.perception.embedded.model import SIDE_PX, crop, descriptor_inputs
 
 
 def drawn(scale, row, col):
