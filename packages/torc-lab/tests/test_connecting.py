@@ -116,6 +116,12 @@ def test_a_controller_that_somebody_else_moves_refuses_us_in_words(twin, robot):
     arm.close()
 
 
+def test_a_controller_that_cannot_be_locked_is_not_moved(monkeypatch):
+    monkeypatch.setattr("torc_lab.exclusive.try_lock", lambda file: None)
+    with pytest.raises(LabError, match="cannot be locked"):
+        ControllerLock("10.0.0.3:50240")
+
+
 def test_a_lock_is_free_again_when_its_holder_is_gone():
     lock = ControllerLock("10.0.0.1:50240 a/b")
     with pytest.raises(LabError, match="Another torc"):

@@ -4,6 +4,7 @@ import json
 import re
 import threading
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -198,6 +199,10 @@ def test_what_cannot_be_reached_or_known_leaves_nothing_behind(tmp_path):
     spec = lab_spec(lab, PlannerSpec("dg-select"))
     with pytest.raises(InputError, match="--reference"):
         retrieve(lab, spec, Wanted("a mug"), tmp_path / "runs" / "trial", Operation("never"))
+    lab = replace(lab, conditions=replace(lab.conditions, camera="recorded"))
+    with pytest.raises(InputError, match="--dry-run"):
+        retrieve(lab, spec, wanted(), tmp_path / "runs" / "trial", Operation("never"))
+    lab = load_lab(path)
     bad = [f for f in check_lab(lab) if not f.good]
     assert {f.device for f in bad} == {"arm", "gripper", "camera"}
     assert json.dumps([f.text for f in bad]).count("cannot be reached") >= 1

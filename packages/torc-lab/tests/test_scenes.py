@@ -99,7 +99,7 @@ def test_a_stored_scene_is_read_as_it_was_and_a_damaged_one_is_refused(rehearsed
     image = overlay(again.reference, again.reference.observation, _all_good(again), THRESHOLD, 640)
     assert image.shape[1] == 640
     text = (directory / FACTS).read_text()
-    (directory / FACTS).write_text(text.replace("torc-scene/1", "torc-scene/9"))
+    (directory / FACTS).write_text(text.replace("torc-scene/2", "torc-scene/9"))
     with pytest.raises(InputError, match="format"):
         load_scene(directory)
     (directory / FACTS).write_text("{")

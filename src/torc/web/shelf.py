@@ -132,6 +132,8 @@ class QueuedTrial:
 
 @dataclass(frozen=True)
 class HumanQueue:
+    """The trials that a person plays, in order."""
+
     trials: tuple[QueuedTrial, ...]
 
     def waiting(self) -> tuple[str, ...]:

@@ -124,7 +124,10 @@ def _joints(lab: Lab, qpos: np.ndarray) -> Iterator[Finding]:
     each = zip(arm.joint_names, qpos, arm.lower, arm.upper, strict=True)
     text = ", ".join(f"{name} {q:.3f} ({lower:.3f} to {upper:.3f})" for name, q, lower, upper in each)
     inside = bool(((qpos >= within.lower) & (qpos <= within.upper)).all())
-    yield Finding(f"joints {text} rad{'' if inside else ': outside of their limits'}", inside)
+    yield Finding(
+        f"joints {text} rad{'' if inside else ': outside of their limits, or nearer to them than safety.margin_rad'}",
+        inside,
+    )
 
 
 def _rates(arm: ArmDriver) -> Finding:

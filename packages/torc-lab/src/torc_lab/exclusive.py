@@ -13,7 +13,7 @@ from torc_lab.protocols import LabError
 
 class ControllerLock:
     """A lock on a controller, by its address, among the processes of this machine. The system frees it when its holder
-    ends, however that happens. Where there are no locks, there is none.
+    ends, however that happens. Does nothing on systems without flock.
     """
 
     def __init__(self, address: str) -> None:
@@ -22,7 +22,14 @@ class ControllerLock:
         self._file = _opened(Path(tempfile.gettempdir()) / f"torc-{name}.lock")
         if self._file is None:
             return
-        if try_lock(self._file) is False:
+        locked = try_lock(self._file)
+        if locked is None and os.name == "posix":
+            self.release()
+            raise LabError(
+                f"{self._file.name} cannot be locked, so another torc might move the arm at {address}, too. Let the "
+                "environment variable TMPDIR name a directory on a local disk."
+            )
+        if locked is False:
             self._file.seek(0)
             holder = self._file.read(20).strip()
             self.release()

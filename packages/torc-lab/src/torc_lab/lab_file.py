@@ -1,6 +1,7 @@
 """The lab file (`torc-lab/1`): which robot, camera and drivers there are, where they are, and how they may move."""
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, fields
 from importlib.resources import files
 from pathlib import Path
@@ -95,8 +96,10 @@ class _DeviceEntry(BaseModel):
     def device(self, here: Path) -> Device:
         settings = dict(self.model_extra or {})
         for name in _PATHS & settings.keys():
-            if isinstance(value := settings[name], str) and (here / value).exists():
-                settings[name] = str(here / value)
+            there = Path.exists if name == "path" else Path.is_file
+            with suppress(OSError):  # a text may be too long for a name
+                if isinstance(value := settings[name], str) and value and there(here / value):
+                    settings[name] = str(here / value)
         return Device(self.driver, settings)
 
 

@@ -75,6 +75,11 @@ def retrieve(
     before anything moves, if something cannot be used or reached.
     """
     refuse_simulated(spec.planner.name)
+    if lab.conditions.camera == "recorded" and not operation.dry_run:
+        raise InputError(
+            "Recorded frames show what was there once, and an arm moves by what its camera sees now. Name a camera in "
+            "the lab file, or add --dry-run."
+        )
     system = build_system(spec.conditions, lab.workspace, planned_for(lab))
     blind = PERCEPTIONS.traits(system.pipeline.perception).needs_pictures
     if blind and not (wanted.pictures or wanted.mark):

@@ -40,7 +40,7 @@ class ServerConfig:
 
 def check_address(address: str, remote: bool) -> None:
     """Raise InputError if the address is malformed, or on another machine while `remote` is False."""
-    if address.startswith("ipc://"):
+    if address.startswith("ipc://") and address != "ipc://":
         return
     host, _ = host_and_port(address)
     if not remote and not is_loopback(host):
@@ -54,7 +54,8 @@ def host_and_port(address: str) -> tuple[str, int]:
     """Split tcp://HOST:PORT. Raises InputError for anything else."""
     try:
         parts = urlsplit(address)
-        if parts.scheme == "tcp" and parts.hostname and parts.port is not None:
+        plain = address == f"tcp://{parts.netloc}" and "@" not in address
+        if plain and parts.hostname and parts.port is not None:
             return parts.hostname, parts.port
     except ValueError:
         pass

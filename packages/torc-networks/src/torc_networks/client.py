@@ -70,6 +70,9 @@ class NetworkClient:
             self._socket.send(request)
             answer = self._socket.recv_multipart()
         except zmq.Again:
+            if not is_listening(config.address):
+                why = f"nothing came within {config.timeout_s:g} s, and the server is gone."
+                raise NetworkError(config.address, action, why, _START) from None
             why = f"nothing came within {config.timeout_s:g} s, or more than {config.max_mb:g} MB (server.max_mb)."
             raise NetworkError(config.address, action, why, _WAIT) from None
         except zmq.ZMQError as error:

@@ -12,7 +12,7 @@ export function inOrder(page) {
 // One line about an object.
 export function describe(object, page, names) {
   const parts = [names[object.id] ? `${object.id} ${names[object.id]}` : `Object ${object.id}`];
-  if (object.id === 0) parts[0] += ", the target";
+  if (object.target) parts[0] += ", the target";
   parts.push(...(object.graspable ? [valid(object), blocked(object, page, 3)] : [`not graspable: ${whyNot(object, page, 3)}`]), litres(object.hides_l));
   return parts.filter(Boolean).join(" · ");
 }
@@ -43,7 +43,7 @@ export function objectsPanel(page, state, names, on) {
 
 function notes(o, page, names) {
   const lines = [];
-  if (o.id === 0) lines.push(el("b", {}, "target "));
+  if (o.target) lines.push(el("b", {}, "target "));
   if (names[o.id]) lines.push(`${names[o.id]} `);
   lines.push(fewBlocked(o, page));
   return lines;

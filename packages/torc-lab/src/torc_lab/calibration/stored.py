@@ -5,6 +5,7 @@ Others give poses in the robot's base frame, unless that is the world.
 
 import csv
 import io
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -65,15 +66,23 @@ def views_of_pictures(
     height. `frame` is that of poses that are not named T_world_tool0; None: such poses are refused. Raises InputError
     and LabError.
     """
+    text = read_plain_text(poses, _MAX_BYTES, "the list of poses")
     if poses.suffix == ".csv":
-        text = read_plain_text(poses, _MAX_BYTES, "the list of poses")
         entries: Any = list(csv.DictReader(io.StringIO(text), skipinitialspace=True))
+    elif text.lstrip().startswith("["):
+        try:
+            entries = json.loads(text)
+        except (ValueError, RecursionError) as error:
+            raise InputError(f"{poses} is not readable JSON: {error}. {_HOW}") from None
     else:
         entries = read_mapping(poses, "list of poses", _HOW).get("poses")
     views: list[BoardView] = []
     sizes: set[tuple[int, int]] = set()
     for where, entry in _entries(poses, entries, {"picture"}, _HOW):
-        flange, path = _flange(where, entry, frame), pictures / str(entry["picture"])
+        name = Path(str(entry["picture"]))
+        if name.is_absolute() or ".." in name.parts:
+            raise InputError(f"{where}: picture '{name}' is no name inside {pictures}.")
+        flange, path = _flange(where, entry, frame), pictures / name
         gray = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) if path.is_file() else None
         if gray is None:
             raise InputError(f"{where}: {path} is missing, or not a picture: give .png or .jpg files.")

@@ -123,8 +123,10 @@ def read_lens(topic: str, message: Any, rectified: bool) -> RosLens:
     """
     with _reading(topic):
         width, height, model = int(message["width"]), int(message["height"]), message["distortion_model"]
-        P, K, D = (_numbers(message, name) for name in "PKD")
-        K = P.reshape(3, 4)[:, :3] if rectified else K.reshape(3, 3)
+        if rectified:
+            K, D = _numbers(message, "P").reshape(3, 4)[:, :3], np.zeros(0)
+        else:
+            K, D = _numbers(message, "K").reshape(3, 3), _numbers(message, "D")
     if K[0, 0] <= 0 or K[1, 1] <= 0:
         raise InputError(f"{topic}: its intrinsics are 0: the camera is not calibrated. Calibrate it in ROS.")
     if rectified or not D.any():

@@ -11,6 +11,7 @@ one's.
 """
 
 import configparser
+import re
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -194,12 +195,12 @@ def read_calibration(
 
     Raises InputError for a file that cannot be read, lacks a value, or holds ones that cannot be.
     """
-    file = configparser.ConfigParser(interpolation=None, strict=False, inline_comment_prefixes=("#", ";"))
+    file = configparser.ConfigParser(interpolation=None, strict=False)
 
     def number(section: str, *names: str) -> float:
         """The first of these keys that is there."""
         name = next((n for n in names if file.has_option(section, n)), names[0])
-        found = file.getfloat(section, name)
+        found = float(re.split("[#;]", file.get(section, name))[0])
         if not np.isfinite(found):
             raise ValueError(f"{name} is {found}")
         return found

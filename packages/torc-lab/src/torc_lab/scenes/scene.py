@@ -226,7 +226,9 @@ def load_scene(directory: Path) -> Scene:
     try:
         facts = _SceneFile.model_validate_json(read_bytes(path, _MAX_FACTS_BYTES, "facts of a scene"))
     except ValidationError as error:
-        raise InputError(f"{path} is damaged:\n{explain_faults(error)}\n{_AGAIN}") from None
+        raise InputError(
+            f"{path} is damaged, or another version of torc stored it:\n{explain_faults(error)}\n{_AGAIN}"
+        ) from None
     reference = load_checked(directory / REFERENCE, Capture, _MAX_BYTES, "reference of a scene")
     o, label = reference.observation, reference.label_image
     shape = o.depth_m.shape

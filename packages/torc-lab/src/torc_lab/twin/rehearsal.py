@@ -1,6 +1,4 @@
-"""A whole laboratory that is none: the simulator behind the wires that a lab file names, on the loopback interface; and
-what goes wrong in laboratories, on command.
-"""
+"""A simulated laboratory behind the wires of a lab file, on the loopback interface; faults on command."""
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager

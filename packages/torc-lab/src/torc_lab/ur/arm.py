@@ -174,7 +174,7 @@ class UrArm(Link):
                 self._process.stdin.write(json.dumps(message).encode() + b"\n")
                 self._process.stdin.flush()
         except (OSError, ValueError) as error:
-            raise self._lose(error) from error
+            raise LabError(f"{self.name} is lost: {self.lost or error}.") from error
 
     def _read(self) -> None:
         """Takes in what the session tells."""

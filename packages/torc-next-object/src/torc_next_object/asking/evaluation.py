@@ -50,6 +50,10 @@ class RecordedReply:
     seconds: float = field(default=0.0, compare=False)
 
 
+_REPLY_FIELDS = RecordedReply.__dataclass_fields__.keys()
+"""A later version may write more; those are ignored."""
+
+
 class ReplyFile:
     """The replies of one run; `found` are all so far. Damaged lines, such as one that was cut off, are dropped."""
 
@@ -59,8 +63,9 @@ class ReplyFile:
         text = read_text(self.path, "replace") if self.path.exists() else ""
         for line in filter(None, text.split("\n")):
             try:
-                reply = RecordedReply(**json.loads(line))
-            except (ValueError, TypeError, RecursionError):
+                data = json.loads(line)
+                reply = RecordedReply(**{k: data[k] for k in _REPLY_FIELDS & data.keys()})
+            except (ValueError, TypeError, AttributeError, RecursionError):
                 continue
             if isinstance(reply.id, str) and isinstance(reply.reply, str):
                 self.found.setdefault(reply.id, reply)
