@@ -201,3 +201,15 @@ def test_files_named_in_another_script_get_names_of_their_own() -> None:
     assert all(name.startswith("object_") and name.isascii() for name in names)
     assert [MeshOptions().name_for(Path(f)) for f in files] == names
     assert MeshOptions().description_for(Path("瓶子.stl")) == "the 瓶子"
+
+
+def test_notes_are_shortened_and_without_control_characters(tmp_path: Path, monkeypatch) -> None:
+    """They hold names from the file."""
+
+    def noisy(request, folder):
+        return {**answer(request, folder), "notes": ["\x1b[2Jgone", "x" * 1000, *["more"] * 30]}
+
+    monkeypatch.setattr("torc.objects.importing.mesh.run_child", noisy)
+    box(SIZE).export(tmp_path / "box.stl")
+    notes = read_mesh(tmp_path / "box.stl").notes
+    assert (notes[0], len(notes[1]), len(notes)) == ("?[2Jgone", 300, 20)

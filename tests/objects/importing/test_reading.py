@@ -1,6 +1,8 @@
 """Mesh files are read as they are meant; what trimesh would read wrongly is refused."""
 
+import struct
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -153,14 +155,41 @@ def test_polygons_are_read_where_triangles_from_their_first_corner_make_them(wri
     read(write(path, np.concatenate([vertices, dart]), [*polygons, [9, 10, 11, 8]]))  # too small to be seen
 
 
+def test_binary_ply_with_polygons_of_different_numbers_of_corners_is_refused(tmp_path: Path) -> None:
+    vertices, polygons = prism(SQUARE, 0.1)
+    path = tmp_path / "a.ply"
+    for faces in (
+        polygons,
+        [*polygons[:4], polygons[4][:3], [*polygons[5], polygons[5][0]]],
+    ):  # of one length
+        head = ["ply", "format binary_little_endian 1.0", f"element vertex {len(vertices)}"]
+        head += [*(f"property float {axis}" for axis in "xyz"), f"element face {len(faces)}"]
+        head += ["property list uchar int vertex_indices", "end_header", ""]
+        rows = [struct.pack(f"<B{len(face)}i", len(face), *face) for face in faces]
+        path.write_bytes("\n".join(head).encode() + vertices.astype("<f4").tobytes() + b"".join(rows))
+        if faces is polygons:
+            assert mesh_of(read(path)[0]).volume == pytest.approx(0.001, rel=1e-4)
+    with pytest.raises(InputError, match="different numbers of corners"):
+        read(path)
+
+
+def accessor_of(header: dict[str, Any], name: str) -> dict[str, Any]:
+    return header["accessors"][header["meshes"][0]["primitives"][0]["attributes"][name]]
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
         (lambda h: h.update(extensionsRequired=["KHR_draco_mesh_compression"]), "needs KHR_draco"),
         (lambda h: h["nodes"][0].update(skin=0), "skeleton"),
+        (lambda h: accessor_of(h, "POSITION").update(componentType=5123, normalized=True), "quantized"),
+        (lambda h: accessor_of(h, "COLOR_0").update(componentType=5123, normalized=True), "quantized"),
     ],
 )
 def test_what_trimesh_misreads_of_glb_is_refused(change, message: str, tmp_path: Path) -> None:
-    box(SIZE).export(tmp_path / "a.glb")
+    mesh = box(SIZE)
+    mesh.visual.vertex_colors = np.full((len(mesh.vertices), 4), 200, np.uint8)
+    mesh.export(tmp_path / "a.glb")
+    read(tmp_path / "a.glb")
     with pytest.raises(InputError, match=message):
         read(edit_glb(tmp_path / "a.glb", change))

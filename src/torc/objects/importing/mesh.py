@@ -177,7 +177,7 @@ def _made(path: Path, options: MeshOptions, folder: Path) -> tuple[str, ...]:
             f"{path} could not be read: {answer.get('failed') or answer['ended']}. If the file is sound, simplify it "
             "or leave its textures out (--no-textures)."
         )
-    return tuple(answer["notes"])
+    return tuple("".join(c if c.isprintable() else "?" for c in note[:300]) for note in answer["notes"][:20])
 
 
 def run_child(request: Mapping[str, Any], folder: Path) -> dict[str, Any]:

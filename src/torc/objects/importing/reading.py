@@ -22,6 +22,9 @@ Y_UP = np.array([[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 _MAX_NOTES = 20
 _SEE_THROUGH = ("BLEND", "MASK")
 _READ_EXTENSIONS = re.compile(r"KHR_materials_\w+|KHR_lights_punctual|EXT_texture_webp|KHR_texture_transform")
+_FLOAT, _UNSIGNED_BYTE = 5126, 5121
+_READ_TYPES = {"POSITION": (_FLOAT,), "TEXCOORD_0": (_FLOAT,), "COLOR_0": (_FLOAT, _UNSIGNED_BYTE)}
+"""Types of numbers in glTF; trimesh takes normalized integers at their face value."""
 _OBJ_FACE = re.compile(rb"^f[ ]+(.+)$", re.MULTILINE)
 _OBJ_VERTEX = re.compile(rb"^v[ ]+(.+)$", re.MULTILINE)
 _FOLD = 0.01
@@ -100,6 +103,11 @@ def _load(path: Path, neighbours: Neighbours, textures: bool) -> trimesh.Scene:
                 raise InputError(f"It needs {extension[:80]}, which is not read.")
         if any("skin" in node for node in header.get("nodes", ())):
             raise InputError("A skeleton bends it (skin), which is not read.")
+        for part in (part for mesh in header.get("meshes", ()) for part in mesh["primitives"]):
+            for name, types in _READ_TYPES.items():
+                accessor = part["attributes"].get(name)
+                if accessor is not None and header["accessors"][accessor]["componentType"] not in types:
+                    raise InputError("Its numbers are quantized, which is not read.")
     with warnings.catch_warnings():
         warnings.simplefilter("error", DeprecationWarning)  # numpy's, for text that it reads only partly
         # "process" would join corners of different colours
@@ -110,7 +118,10 @@ def _load(path: Path, neighbours: Neighbours, textures: bool) -> trimesh.Scene:
         if elements.get("face", {}).get("length"):
             rows, known = elements["face"]["data"], elements["face"]["properties"]
             polygons = rows[next(name for name in ("vertex_index", "vertex_indices") if name in known)]
-            polygons = polygons if isinstance(rows, dict) else polygons["f1"]  # f0 counts the corners
+            if not isinstance(rows, dict):  # binary: all lists were read as if they were as long as the first
+                if len(np.unique(polygons["f0"])) > 1:
+                    raise InputError("Its polygons have different numbers of corners, which is not read.")
+                polygons = polygons["f1"]
             axes = [np.asarray(elements["vertex"]["data"][axis], float).ravel() for axis in "xyz"]
             _check_fans(np.stack(axes, axis=1), list(polygons))
     return scene
