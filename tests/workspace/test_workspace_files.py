@@ -87,7 +87,9 @@ def matrix(workspace, turn):
         ({"position": [0.24, -0.88, 0.9], "look_at": [0.6, 0, 1.1]}, "inside 'bin'"),
         ({"position": [0.7, 0, 2.4], "look_at": [0.7, 0, 1.05]}, "straight above or below"),
         ({"position": [0.1, 0, 0.5], "look_at": [0.6, 0, 1.1]}, "below the table's upper side"),
-        ({"vertical_fov_deg": 0.7}, "vertical_fov_deg"),
+        ({"position": [100.0, 0, 138.0], "look_at": [0.6, 0, 1.1]}, "Are these metres"),
+        ({"vertical_fov_deg": 1.0}, "Is it in radians\\? Then write 57.3"),
+        ({"vertical_fov_deg": 0.01}, "vertical_fov_deg"),
     ],
 )
 def test_what_sees_nothing_is_refused(tmp_path, camera, words):
@@ -112,14 +114,14 @@ def test_inverted_and_mirrored_poses_are_refused(tmp_path, workspace):
 
 
 def test_places_where_nothing_can_be_are_refused(tmp_path):
+    content = yaml.safe_load(EXAMPLE.read_text(encoding="utf-8"))
     for part, value, words in (
-        ("region", {"origin": [5.0, 5.0, 1.05]}, "no part of it lies over the table"),
-        ("bin", {"drop_position": [0.7, 0.0, 1.2]}, "not above the bin"),
+        ("region", content["region"] | {"origin": [5.0, 5.0, 1.05]}, "no part of it lies over the table"),
+        ("bin", content["bin"] | {"drop_position": [0.7, 0.0, 1.2]}, "not above the bin"),
+        ("room", {"center": [5, 5], "size": [0.3, 0.3], "height": 0.2}, "room: no part"),
     ):
         with pytest.raises(InputError, match=words):
-            load_workspace(
-                written(tmp_path, lambda content, part=part, value=value: content[part].update(value))
-            )
+            load_workspace(written(tmp_path, lambda now, part=part, value=value: now.update({part: value})))
 
 
 def test_a_camera_in_an_obstacle_is_refused(tmp_path, workspace):

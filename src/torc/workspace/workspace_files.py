@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
 from torc.errors import InputError, UnknownNameError
 from torc.geometry.transforms import look_at, project
@@ -22,7 +22,9 @@ EXAMPLE = DATA / "paper.yaml"
 _MAX_BYTES = 100_000
 _MAX_VOXELS = 20_000_000
 _SUPPORT_TOLERANCE_M = 0.005
+_FOV_DEG = (5.0, 160.0)
 _APART_M = 1e-3
+_FARTHEST_M = 8.0
 _ACROSS = 21
 _LEAST_SEEN = 0.05
 """Least share of the region's floor over the table that the camera must see."""
@@ -90,7 +92,17 @@ class _CameraEntry(_Strict):
     T_world_camera: list[list[Number]] | None = None
     width: Annotated[int, Field(ge=16, le=4096)] = 640
     height: Annotated[int, Field(ge=16, le=4096)] = 480
-    vertical_fov_deg: Annotated[Number, Field(ge=5.0, le=160.0)]
+    vertical_fov_deg: Number
+
+    @field_validator("vertical_fov_deg")
+    @classmethod
+    def _lens(cls, value: float) -> float:
+        low, high = _FOV_DEG
+        if low <= value <= high:
+            return value
+        turned = float(np.rad2deg(value))
+        hint = f". Is it in radians? Then write {turned:.1f}" if low <= turned <= high else ""
+        raise ValueError(f"must be {low:g} to {high:g} degrees, not {value:g}{hint}")
 
     @model_validator(mode="after")
     def _one_pose(self) -> "_CameraEntry":
@@ -184,6 +196,11 @@ def _faults(workspace: Workspace) -> Iterator[str]:
     (cx, cy, cz), (lx, ly, h), (x, y, z) = bin_.center, bin_.inner_size, workspace.drop_position
     if abs(x - cx) > lx / 2 or abs(y - cy) > ly / 2 or z < cz + h:
         yield "bin.drop_position: it is not above the bin's opening"
+    if room := workspace.room:
+        center, half = np.array(room.center), np.array(room.size) / 2
+        low, high = workspace.grid.origin[:2], workspace.grid.upper[:2]
+        if (center + half < low).any() or (center - half > high).any():
+            yield "room: no part of it lies in the region; check room.center and room.size"
     eye = camera.T_world_camera[:3, 3]
     for box in (*workspace.static_boxes(), Box("bin", (cx, cy, cz + h / 2), bin_.inner_size)):
         if (np.abs(eye - np.array(box.center)) < np.array(box.size) / 2).all():
@@ -197,6 +214,8 @@ def _faults(workspace: Workspace) -> Iterator[str]:
         )
     elif len(floor) == 0:
         yield "region: no part of it lies over the table; check region.origin and table.center"
+    elif (distance_m := np.linalg.norm(floor - eye, axis=1).min()) > _FARTHEST_M:
+        yield f"camera.position: the camera is {distance_m:.1f} m from the table. Are these metres?"
     else:
         u, v, depth_m = project(floor, camera.K, camera.T_world_camera)
         across, along = (u > -0.5) & (u < camera.width - 0.5), (v > -0.5) & (v < camera.height - 0.5)
