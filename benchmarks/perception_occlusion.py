@@ -17,13 +17,13 @@ from torc.drawing.marking import mark_image
 from torc.geometry.transforms import project
 from torc.occlusion.volume import empty_volume, update_volume
 from torc.perception.segmentation import LabelPerception
-from torc.records import Observation, VoxelGrid
+from torc.records import Observation, SegmentedScene, VoxelGrid
 from torc.testing.synthetic import (
     Shape,
     SyntheticBox,
     SyntheticCylinder,
     random_clutter,
-    synthetic_observation,
+    synthetic_capture,
 )
 from torc.workspace.workspace_files import load_workspace
 
@@ -67,13 +67,18 @@ def report(name: str, ms: np.ndarray) -> None:
 def measure(name: str, shapes: list[Shape], repeats: int) -> bool:
     """Time one scene; whether it keeps the budget."""
     grid, perception = load_workspace().grid, LabelPerception()
-    view = synthetic_observation(shapes)
-    scene = perception.perceive(view)
+    capture = synthetic_capture(shapes)
+    view = capture.observation
+
+    def perceive() -> SegmentedScene:
+        return perception.perceive(view, label_image=capture.label_image)
+
+    scene = perceive()
     volume = update_volume(empty_volume(grid), scene)
     points = sum(len(o.points) for o in scene.objects)
     print(f"\n{name}: {len(scene.objects)} objects, {points} object points, {np.prod(grid.shape)} voxels")
-    both = times_ms(lambda: update_volume(volume, perception.perceive(view)), repeats)
-    report("perceive", times_ms(lambda: perception.perceive(view), repeats))
+    both = times_ms(lambda: update_volume(volume, perceive()), repeats)
+    report("perceive", times_ms(perceive, repeats))
     update = times_ms(lambda: update_volume(volume, scene), repeats)
     report("occlusion update", update)
     report("both (budget 60 / 100 ms)", both)

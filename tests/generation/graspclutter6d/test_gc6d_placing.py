@@ -9,8 +9,8 @@ import pytest
 from settled_scenes import OBJECTS, QUICK, settled
 
 from tests.helpers.graspclutter6d_tree import SOLIDS, TreeObject, upright, write_tree
-from torc.errors import InputError
-from torc.generation.graspclutter6d.placing import convert_object, place_objects
+from torc.errors import InputError, UnknownNameError
+from torc.generation.graspclutter6d.placing import ImportConfig, convert_object, place_objects, settle_scene
 from torc.generation.graspclutter6d.reading import read_scene
 from torc.geometry.transforms import make_pose
 from torc.sim.settling import SettleConfig, StillnessConfig
@@ -94,7 +94,7 @@ LIFTED = TreeObject(44, make_pose(p=(0, 0, 0.3)) @ OBJECTS[3].T_table_mesh)
         (
             (upright(17, 0.0, 0.0),),
             QUICK,
-            "1 of 1 objects stay on the table, so nothing stands around a target",
+            "one object only, so nothing stands around a target",
         ),
         ((upright(17, 0.0, -0.9), upright(48, 0.0, 0.9)), QUICK, "0 of 2 objects"),
         ((*OBJECTS[:3], LIFTED), replace(QUICK, settle=SettleConfig(limit_s=0.15)), "not at rest after 0 s"),
@@ -104,3 +104,17 @@ LIFTED = TreeObject(44, make_pose(p=(0, 0, 0.3)) @ OBJECTS[3].T_table_mesh)
 def test_a_scene_of_which_no_problem_can_be_made_says_why(tmp_path, scene, config, told):
     with pytest.raises(InputError, match=told):
         settled(tmp_path / "tree", scene, config=config)
+
+
+def test_all_meshes_are_looked_for_before_any_is_converted(tmp_path):
+    root, said = tmp_path / "tree", list[str]()
+    write_tree(root, {249: (upright(63, 0.0, 0.0), upright(10, 0.1, 0.1))})
+    (root / "models_obj_m" / "obj_000010.obj").unlink()
+    with pytest.raises(InputError, match="no mesh of obj_000010"):
+        settle_scene(root, read_scene(root, 249), QUICK, said.append)
+    assert said == []
+
+
+def test_an_unknown_placement_is_refused():
+    with pytest.raises(UnknownNameError, match="Unknown placement 'foo'"):
+        ImportConfig("foo")

@@ -91,6 +91,7 @@ def _first(key, value):
         ("scene_gt", _first("cam_R_m2c", [2, 0, 0, 0, 1, 0, 0, 0, 1]), "no rotation"),
         ("scene_gt", _first("cam_R_m2c", [1, 0, 0, 0, 1, 0, 0, 0, -1]), "no rotation"),
         ("scene_gt", _first("cam_t_m2c", [0, 0, float("nan")]), "finite"),
+        ("scene_gt", lambda d: [e.update(cam_t_m2c=[0.1, 0.1, 0.6]) for e in d[USED]], "millimetres"),
         ("scene_camera", lambda d: d[USED].pop("cam_R_w2c"), "cam_R_w2c: is missing"),
     ],
 )
@@ -175,6 +176,14 @@ def test_every_folder_of_meshes_gives_metres(tmp_path, plain, folder):
     assert {read_in for read_in, _ in plain} == {folder}  # the best of those that are there
     with pytest.raises(InputError, match=r"no mesh of obj_000043.* models_obj_m is the best"):
         convert_object(root, 43, "a thing", str)
+
+
+@pytest.mark.parametrize(("folder", "calls_itself"), [("models_obj", "models_obj_m"), ("models_m", "models")])
+def test_a_folder_in_the_wrong_unit_is_noticed(tmp_path, plain, folder, calls_itself):
+    root = _tree(tmp_path / "tree", folder)
+    (root / folder).rename(root / calls_itself)
+    converted = convert_object(root, 44, "a can", str)
+    _covers(converted, 44, 1e-6)
 
 
 def test_the_real_mesh_reader_keeps_the_frame_too(tmp_path, store):

@@ -1,13 +1,14 @@
 """An annotated scene, put on our table and brought to rest; or the reason why it does not come to rest."""
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
-from torc.errors import InputError, PhysicsError
+from torc.errors import InputError, PhysicsError, UnknownNameError
 from torc.generation.graspclutter6d.reading import (
     ANNOTATION,
     CAMERA,
@@ -16,7 +17,7 @@ from torc.generation.graspclutter6d.reading import (
     object_words,
 )
 from torc.geometry.transforms import Pose, invert, transform_points, wxyz_from_rotation
-from torc.objects.importing.mesh import MeshOptions, read_mesh
+from torc.objects.importing.mesh import MeshImport, MeshOptions, read_mesh
 from torc.objects.importing.storing import add_object
 from torc.objects.library import find_stored, load_stored, store_directories
 from torc.objects.models import ObjectModel
@@ -75,12 +76,11 @@ def convert_object(root: Path, object_id: int, words: str, say: Callable[[str], 
     `words` describe it. Raises InputError if it has no usable mesh, or the store holds another object of that name, and
     MissingDependencyError without the extra `import`.
     """
-    name, notes = f"gc6d_{object_id:06d}", tuple[str, ...]()
+    name, notes = _model_name(object_id), tuple[str, ...]()
     stored = find_stored(name)
     if stored is None:
         say(f"converting {name}: {words}")
-        path, unit_m = find_mesh(root, object_id)
-        found = read_mesh(path, MeshOptions(name=name, description=words, scale=unit_m))
+        found = _read(*find_mesh(root, object_id), name, words)
         add_object(found, note=LICENCE)
         stored, notes = store_directories()[0] / name, found.notes
     source = load_source(stored)
@@ -89,6 +89,22 @@ def convert_object(root: Path, object_id: int, words: str, say: Callable[[str], 
             f"{stored} is not from GraspClutter6D, but has the name of one of its objects. Move it away."
         )
     return ConvertedObject(load_stored(stored), source.T_object_mesh, notes)
+
+
+def _model_name(object_id: int) -> str:
+    """Return the name of an object in the store: gc6d_000017."""
+    return f"gc6d_{object_id:06d}"
+
+
+def _read(path: Path, unit_m: float, name: str, words: str) -> MeshImport:
+    """Read the mesh in its folder's unit, or in the other one if only that gives a possible size."""
+    options = MeshOptions(name=name, description=words, scale=unit_m)
+    try:
+        return read_mesh(path, options)
+    except InputError as error:
+        with suppress(InputError):
+            return read_mesh(path, replace(options, scale=1e-3 / unit_m))
+        raise error from None
 
 
 Placement = Literal["torc", "paper"]
@@ -121,6 +137,10 @@ class ImportConfig:
     still: StillnessConfig = field(default_factory=lambda: StillnessConfig(early_s=2.0))
     patience: int = 8
 
+    def __post_init__(self) -> None:
+        if self.placement not in PLACEMENTS:
+            raise UnknownNameError("placement", self.placement, list(PLACEMENTS))
+
 
 @dataclass(frozen=True)
 class SettledScene:
@@ -144,7 +164,12 @@ def settle_scene(
     used, the scene does not come to rest, or fewer than two objects are left.
     """
     config = config or ImportConfig()
+    if len(scene.objects) < 2:
+        raise InputError("it has one object only, so nothing stands around a target: choose another scene")
     ids = list(dict.fromkeys(o.object_id for o in scene.objects))
+    for object_id in ids:  # before any is converted, which takes long
+        if find_stored(_model_name(object_id)) is None:
+            find_mesh(root, object_id)
     objects = {i: convert_object(root, i, object_words(i), say) for i in ids}
     placements = place_objects(scene, objects, config.placement)
     raw = Problem(f"gc6d-{scene.number}", "unstructured", "", placements[0].name, placements)

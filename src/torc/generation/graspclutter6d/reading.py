@@ -19,7 +19,15 @@ from pathlib import Path
 from typing import Annotated, Any, cast
 
 import numpy as np
-from pydantic import AfterValidator, BaseModel, Field, FiniteFloat, TypeAdapter, ValidationError
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    Field,
+    FiniteFloat,
+    TypeAdapter,
+    ValidationError,
+    field_validator,
+)
 
 from torc.errors import InputError, UnknownNameError
 from torc.geometry.transforms import Pose, make_pose
@@ -35,6 +43,7 @@ ANNOTATION, CAMERA = 3, "realsense-d435"
 """The picture from which the retrieval paper's authors took their scenes."""
 MAX_ID = 999_999
 _MAX_BYTES = 32_000_000
+_MIN_DISTANCE_M, _MAX_DISTANCE_M = 0.05, 10.0
 _ROUNDING, _NO_ROTATION = 1e-6, 0.02
 """Deviations of R R^T from the identity: above the first a rotation is made exact, above the second it is refused."""
 
@@ -70,6 +79,14 @@ class _Picture(BaseModel):
 
     scene_camera: _CameraEntry
     scene_gt: Annotated[list[_ObjectEntry], Field(min_length=1, max_length=MAX_OBJECTS)]
+
+    @field_validator("scene_gt")
+    @classmethod
+    def _in_millimetres(cls, objects: list[_ObjectEntry]) -> list[_ObjectEntry]:
+        distance_mm = float(np.median([np.linalg.norm(o.cam_t_m2c) for o in objects]))
+        if not 1000 * _MIN_DISTANCE_M < distance_mm < 1000 * _MAX_DISTANCE_M:
+            raise ValueError(f"the objects are {distance_mm:.3g} mm from the camera; are these millimetres?")
+        return objects
 
 
 def _pose(rotation: list[float], translation_mm: list[float]) -> Pose:
