@@ -202,8 +202,25 @@ def test_a_target_is_one_of_the_objects_or_of_a_known_model() -> None:
         parse_problem(GOOD.replace("target: mug\n", "target: mug\ntarget_model: mug_red\n"))
     with pytest.raises(InputError, match="give the target_model"):
         parse_problem(GOOD.replace("target: mug\n", "target: spoon\n"))
-    with pytest.raises(InputError, match="no object model 'spoon_of_gold'"):
-        parse_problem(ABSENT.replace("spoon_steel", "spoon_of_gold"))
+    for wrong, words in (
+        ("spoon_of_gold", "there is no object model"),
+        ("../spoon", "must be 1 to 64 letters"),
+    ):
+        with pytest.raises(InputError, match=rf"file:\n  target_model: {words}.*\nCompare"):
+            parse_problem(ABSENT.replace("spoon_steel", wrong))
+
+
+def test_wrong_objects_get_one_line_each() -> None:
+    with pytest.raises(InputError) as error:
+        parse_problem(GOOD.replace("soup_can_red", "nothing").replace("mug_red", "nothing"))
+    assert [line.split(":")[0] for line in str(error.value).split("\n")[1:-1]] == [
+        "  objects[0].model",
+        "  objects[1].model",
+    ]
+    head = GOOD[: GOOD.index("objects:")]
+    for objects, words in (("3", "must be a list"), ("[]", "holds too few entries")):
+        with pytest.raises(InputError, match=rf"file:\n  objects: {words}\nCompare"):
+            parse_problem(f"{head}objects: {objects}\n")
 
 
 def test_a_summary_says_what_the_whole_file_says(tmp_path: Path) -> None:

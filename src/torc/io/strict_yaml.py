@@ -23,6 +23,7 @@ _REMEDIES = {
     "string_type": "must be text; put it in quotes",
     "string_unicode": "has characters that are none; remove them",
     "string_pattern_mismatch": "must be 1 to 64 letters, digits, '_', '-' or '.', starting with a letter or digit",
+    "tuple_type": "must be a list",
     "too_long": "holds too many entries",
     "too_short": "holds too few entries",
 }

@@ -17,7 +17,6 @@ import os
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Literal
 
 import yaml
 
@@ -35,6 +34,7 @@ from torc.problems.schema import (
     Origin,
     Position,
     Rotation,
+    TargetModel,
     Text,
     WorkspaceName,
 )
@@ -99,7 +99,7 @@ class Problem:
     objects: Objects[ObjectPlacement]
     notes: Text = ""
     origin: Origin = field(default_factory=dict)
-    target_model: Model | Literal[""] = ""
+    target_model: TargetModel = ""
     workspace: WorkspaceName = ""
 
     __pydantic_config__ = STRICT

@@ -10,7 +10,7 @@ from pydantic import AfterValidator, ConfigDict, Field
 from torc.io.strict_yaml import Number, printable
 from torc.objects.library import has_object, object_names
 from torc.objects.models import Quat, Vec3
-from torc.objects.schema import Name
+from torc.objects.schema import NAME_PATTERN, Name
 from torc.records.camera import MAX_OBJECTS
 from torc.workspace.workspace_files import load_workspace
 
@@ -73,6 +73,8 @@ def _small(origin: dict[str, Scalar]) -> dict[str, Scalar]:
 
 
 def _distinct(objects: tuple[Any, ...]) -> tuple[Any, ...]:
+    if not objects:  # not by min_length, which pydantic also finds broken if every object is wrong
+        raise ValueError("holds too few entries")
     names = [o.name for o in objects]
     if twice := sorted({name for name in names if names.count(name) > 1}):
         raise ValueError(f"names must be unique; more than once: {', '.join(twice)}. Rename all but one.")
@@ -81,10 +83,13 @@ def _distinct(objects: tuple[Any, ...]) -> tuple[Any, ...]:
 
 Text = Annotated[str, Field(max_length=2000), AfterValidator(printable)]
 Model = Annotated[Name, AfterValidator(_known)]
+TargetModel = Annotated[
+    str,
+    Field(pattern=rf"^$|{NAME_PATTERN}"),
+    AfterValidator(lambda model: model and _known(model)),
+]
 Position = Annotated[tuple[Number, Number, Number], AfterValidator(_over_the_table)]
 Rotation = Annotated[tuple[Number, Number, Number, Number], AfterValidator(_unit)]
 Origin = Annotated[dict[Text, Scalar], Field(max_length=_MAX_ORIGIN), AfterValidator(_small)]
 WorkspaceName = Annotated[str, Field(pattern=r"^(\w[\w .+-]{0,63})?$")]
-Objects = Annotated[
-    tuple[_Object, ...], Field(min_length=1, max_length=MAX_OBJECTS), AfterValidator(_distinct)
-]
+Objects = Annotated[tuple[_Object, ...], Field(max_length=MAX_OBJECTS), AfterValidator(_distinct)]
