@@ -113,6 +113,18 @@ def test_a_damaged_file_is_refused(tmp_path, content):
         load_trees(tmp_path / "m.npz", NAMES)
 
 
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("baseline", "text"), ("baseline", [1.0, 2.0]), ("feature_names", 3), ("value", "text")],
+)
+def test_values_of_another_kind_are_refused(rng, tmp_path, name, value):
+    save_trees(tmp_path / "m.npz", random_model(rng))
+    arrays = dict(np.load(tmp_path / "m.npz"))
+    np.savez(tmp_path / "m.npz", **{**arrays, name: np.array(value)})
+    with pytest.raises(InputError, match="not a grasp model"):
+        load_trees(tmp_path / "m.npz", NAMES)
+
+
 def test_pickled_objects_are_not_opened(tmp_path):
     np.savez(tmp_path / "m.npz", version=np.array([{"a": 1}], dtype=object))
     with pytest.raises(InputError, match="not a grasp model"):

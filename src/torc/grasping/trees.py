@@ -138,12 +138,12 @@ def load_trees(path: Path, feature_names: tuple[str, ...]) -> TreeModel:
             if int(data["version"]) != MODEL_VERSION:
                 raise InputError(f"{path}: model version {int(data['version'])}, this is {MODEL_VERSION}.")
             columns: dict[str, Any] = {f.name: data[f.name] for f in fields(TreeModel)}
-    except (OSError, KeyError, ValueError, EOFError, BadZipFile) as error:
+        names = columns["feature_names"] = tuple(map(str, columns["feature_names"]))
+        for name, kind in (("baseline", float), ("data_sha256", str), ("notes", str)):
+            columns[name] = kind(columns[name])
+        model = TreeModel(**columns)
+    except (OSError, KeyError, TypeError, ValueError, EOFError, BadZipFile) as error:
         raise InputError(f"{path} is not a grasp model ({error}).") from error
-    names = columns["feature_names"] = tuple(map(str, columns["feature_names"]))
-    for name, kind in (("baseline", float), ("data_sha256", str), ("notes", str)):
-        columns[name] = kind(columns[name])
-    model = TreeModel(**columns)
     if names != feature_names:
         odd = sorted(set(names) ^ set(feature_names)) or ["the same, in another order"]
         raise InputError(f"{path} was trained on other features ({', '.join(odd[:5])}). Train it again.")

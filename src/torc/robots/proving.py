@@ -5,15 +5,16 @@ point outward? This is tried in a copy of the model, without gravity and contact
 pick for no visible reason.
 """
 
+import re
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
 import mujoco
 import numpy as np
 from jaxtyping import Float
 
 from torc.errors import InputError
+from torc.io.reading import read_text
 from torc.robots.description import RobotDescription
 from torc.robots.kinematics import sphere_centers
 
@@ -25,15 +26,18 @@ _FOLLOWED = 0.4
 _CLOSED_SHARE = 0.25
 _OUTWARD = 0.5
 """Least cosine between the fingertips' approach direction and the direction from the flange to them."""
+_ROOT = re.compile(r"<\s*(?![?!])([\w:.-]+)")
+"""The first element. No XML reader is asked: a xacro often uses a prefix that it does not declare."""
 
 
 def refuse_urdf(mjcf_path: Path) -> None:
     """Raise InputError if a file that should be an MJCF is a URDF or xacro. Unreadable files are left to MuJoCo."""
     try:
-        root = ElementTree.parse(mjcf_path).getroot()
-    except (OSError, ElementTree.ParseError):
+        text = read_text(mjcf_path, "replace")
+    except OSError:
         return
-    if root.tag == "robot":
+    root = _ROOT.search(re.sub(r"<!--.*?-->", "", text, flags=re.DOTALL))
+    if root and root.group(1) == "robot":
         raise InputError(
             f"{mjcf_path} is a URDF or a xacro, not an MJCF. Make a URDF of a xacro first (`xacro robot.urdf.xacro > "
             "robot.urdf`). Write its meshes' paths as files, not package://, then convert it: `model = "
