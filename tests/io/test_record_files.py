@@ -74,6 +74,10 @@ def test_fields_that_a_record_no_longer_has_are_skipped(tmp_path):
     Old = make_dataclass("Observation", [*fields, "label_image"])
     save_record(Old(**fields, label_image=np.full((4, 6), BACKGROUND, np.int16)), path)
     assert _same(load_record(path, Observation), observation)
+    Strange = make_dataclass("Observation", [*fields, "strange"])
+    save_record(Strange(**fields, strange=1), path)
+    with pytest.raises(InputError, match="unknown fields: strange"):
+        load_record(path, Observation)
 
 
 def test_what_is_no_such_record_is_refused(tmp_path):

@@ -21,6 +21,8 @@ MAX_ARRAY_BYTES = 512 * 2**20
 """Most bytes of the arrays of a file together, unpacked, where no other limit is given."""
 ASIDE: Mapping[str, Any] = types.MappingProxyType({"aside": True})
 """Metadata of a field that `to_plain` leaves out: it is written beside the log."""
+_GONE = {"Observation": ("label_image",)}
+"""By record, fields of older files that are skipped: observations had labels before 0.2."""
 Record = TypeVar("Record")
 
 
@@ -68,9 +70,10 @@ def load_record(path: Path | str, cls: type[Record], max_bytes: int | None = Non
 
 
 def load_checked(path: Path, cls: type[Record], max_bytes: int, what: str) -> Record:
-    """As `load_record`, for a file that may come from a stranger; `what` names it in errors.
+    """Read a record from an untrusted file.
 
-    Its arrays must be finite and of the annotated types and shapes, and at most `max_bytes` unpacked.
+    Like `load_record`; `what` names the file in errors. Its arrays must be finite and of the annotated types and
+    shapes, and at most `max_bytes` unpacked.
     """
     record = load_record(path, cls, max_bytes)
     if not _fits(record):
@@ -144,11 +147,11 @@ def _decode(annotation: Any, value: Any, arrays: dict[str, np.ndarray]) -> Any:
         items = args[:1] * len(value) if len(args) == 2 and args[1] is Ellipsis else args
         return tuple(_decode(a, v, arrays) for a, v in zip(items, value, strict=True))
     if dataclasses.is_dataclass(annotation) and isinstance(annotation, type):
-        hints = typing.get_type_hints(annotation)
-        # Fields with a default may be younger than the file; those that are gone are skipped.
-        return annotation(
-            **{name: _decode(hints[name], v, arrays) for name, v in value.items() if name in hints}
-        )
+        hints, gone = typing.get_type_hints(annotation), _GONE.get(annotation.__name__, ())
+        if unknown := set(value) - {*hints, *gone}:
+            raise ValueError(f"unknown fields: {', '.join(sorted(unknown))}")
+        # Fields with a default may be younger than the file.
+        return annotation(**{n: _decode(hints[n], v, arrays) for n, v in value.items() if n in hints})
     if isinstance(annotation, type) and issubclass(annotation, enum.Enum):
         return annotation(value)
     return value
