@@ -1,5 +1,7 @@
 """`torc doctor` says whether a picture can be drawn."""
 
+import sys
+
 import pytest
 
 from torc.cli import doctor
@@ -24,3 +26,25 @@ def test_two_packages_that_share_a_folder_are_noted(monkeypatch, packages):
     notes = list(doctor._two_mujocos())
     assert len(notes) == len(packages) - 1
     assert all(not note.ok and not note.required for note in notes)
+
+
+@pytest.mark.parametrize(
+    ("files", "foreign"),
+    [
+        ([], False),
+        (["pyzed.py"], True),
+        (["pyzed/__init__.py"], True),
+        (["pyzed/__init__.py", "pyzed/sl.py"], False),
+    ],
+)
+def test_a_foreign_pyzed_is_noted(monkeypatch, tmp_path, files, foreign):
+    monkeypatch.setattr(sys, "path", [str(tmp_path)])
+    for name in files:
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).touch()
+    try:
+        notes = list(doctor._foreign_pyzed())
+    finally:
+        for name in ("pyzed", "pyzed.sl"):
+            sys.modules.pop(name, None)
+    assert [(note.name, note.ok, note.required) for note in notes] == [("pyzed", False, False)] * foreign

@@ -96,6 +96,7 @@ def _checks() -> Iterator[Check]:
     for extra, (module, use) in _EXTRAS.items():
         yield Check(f"extra '{extra}'", find_spec(module) is not None, f"for {use}", extra_remedy(extra))
     yield from _two_mujocos()
+    yield from _foreign_pyzed()
     free_gb = shutil.disk_usage(".").free / 1e9
     yield Check("disk", free_gb > 1, f"{free_gb:.0f} GB free here", "Free some space.")
 
@@ -126,3 +127,15 @@ def _two_mujocos() -> Iterator[Check]:
         detail = "mujoco and mujoco-core are both installed, and each overwrites files of the other"
         remedy = "pip uninstall mujoco mujoco-core; pip install mujoco-core"
         yield Check("mujoco", False, detail, remedy)
+
+
+def _foreign_pyzed() -> Iterator[Check]:
+    """Yield a note if there is a package pyzed without the ZED SDK's module in it."""
+    try:
+        foreign = find_spec("pyzed") is not None and find_spec("pyzed.sl") is None
+    except ModuleNotFoundError:  # pyzed is not a package, but one file
+        foreign = True
+    if foreign:
+        detail = "the installed package pyzed is not the ZED SDK's: another project has that name on PyPI"
+        remedy = "pip uninstall pyzed; docs/cameras.md says how to get the right one"
+        yield Check("pyzed", False, detail, remedy)
