@@ -99,7 +99,7 @@ def test_a_problem_tells_what_it_was_made_from(generated, inspector):
     [
         ({"objects": (1, 5)}, "2 to 64"),
         ({"objects": (9, 8)}, "9-8"),
-        ({"hidden": "maybe"}, "partly"),
+        ({"hidden": "maybe"}, "Unknown hiddenness 'maybe'.*partly"),
         ({"attempts": 0}, "at least one attempt"),
     ],
 )

@@ -43,7 +43,7 @@ def wanted_of(
     *,
     optional: bool = False,
 ) -> Wanted:
-    """Return the target of --target, --reference, --mark and --target-size. Raises InputError, also for none."""
+    """Return the target of --target, --reference, --mark and --target-size. Raises InputError if no target is given."""
     from torc.perception.protocol import Wanted
     from torc.perception.target import load_pictures
 

@@ -30,5 +30,5 @@ def tell(text: str) -> None:
 
 
 def teller(as_json: bool) -> Callable[[str], None]:
-    """Return what prints progress: to stdout, but to stderr beside JSON."""
+    """Return a function that prints progress: to stdout, but to stderr beside JSON."""
     return tell if as_json else lambda text: print(printable(text), flush=True)

@@ -65,9 +65,12 @@ class GenerationConfig:
         low, high = self.objects
         if not 2 <= low <= high <= MAX_OBJECTS:
             raise InputError(f"A problem has 2 to {MAX_OBJECTS} objects, the fewest first, not {low}-{high}.")
-        for value, kind in ((self.category, Category), (self.hidden, WantedHiddenness)):
+        for what, value, kind in (
+            ("kind of problem", self.category, Category),
+            ("hiddenness", self.hidden, WantedHiddenness),
+        ):
             if value not in get_args(kind):
-                raise UnknownNameError("kind of problem", value, list(get_args(kind)))
+                raise UnknownNameError(what, value, list(get_args(kind)))
         only = make_part(SCENE_FAMILIES, self.family or "usual").category
         if only not in (None, self.category):
             what = "piles" if only == "unstructured" else "of standing objects"

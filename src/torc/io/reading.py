@@ -43,7 +43,10 @@ def read_text(path: Path, errors: str = "strict") -> str:
 
 
 def read_plain_text(path: Path, max_bytes: int, what: str) -> str:
-    """As `read_bytes`, the text without its byte-order mark; bytes that are not UTF-8 become U+FFFD."""
+    """Return the text of a plain file, without its byte-order mark; bytes that are not UTF-8 become U+FFFD.
+
+    Raises InputError like `read_bytes`.
+    """
     return read_bytes(path, max_bytes, what).decode("utf-8-sig", "replace")
 
 

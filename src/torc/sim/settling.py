@@ -40,8 +40,13 @@ class SettleConfig:
 
 @dataclass(frozen=True)
 class SettleReport:
-    """Whether all on the table came to rest within the limit, the time it took, the fastest object's speed at the end,
-    and the ids of the objects that are no longer on the table.
+    """The result of settling.
+
+    Attributes:
+        settled: True if all objects on the table came to rest within the limit.
+        duration_s: simulated time it took.
+        max_speed_m_s: speed of the fastest object on the table at the end.
+        left: ids of the objects that are no longer on the table.
     """
 
     settled: bool
