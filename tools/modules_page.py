@@ -17,9 +17,9 @@ PUBLIC = ("torc", "torc.protocols")
 """Their names have a page of their own, or are listed with it."""
 _HEAD = """# Modules for packages
 
-Whoever only writes a part needs `torc`, `torc.protocols` and `torc.testing` ([extending.md](extending.md)). This page
-is for packages beside torc: it lists what torc-lab, torc-networks, torc-next-object and the examples use of torc's
-modules, and no more. These names may change between minor versions; CHANGELOG.md then says so. Other names are private.
+To write a part you need only `torc`, `torc.protocols` and `torc.testing` ([extending.md](extending.md)). This page
+lists the modules and names that torc-lab, torc-networks, torc-next-object and the examples use. They may change between
+minor versions; CHANGELOG.md then says so. Other names are private.
 
 <!-- Written by `python -m tools.modules_page`. -->
 """

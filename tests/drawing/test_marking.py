@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from torc.drawing.label_places import place_labels
-from torc.drawing.marking import mark_image, number_image
+from torc.drawing.marking import mark_image, number_image, target_in_red
 from torc.drawing.palette import object_color
 from torc.errors import InputError
 from torc.records import MAX_OBJECTS
@@ -111,6 +111,16 @@ def test_colors_differ_and_red_is_the_target():
     assert np.all(distance[0, 1:] > 80)
     with pytest.raises(InputError, match="no colour"):
         object_color(64)
+
+
+def test_a_target_of_another_number_is_drawn_as_number_0_would_be():
+    label = np.full((60, 80), -1, np.int16)
+    label[10:30, 10:30], label[10:30, 45:65] = 3, 7
+    red, numbers = target_in_red(label, {3: 3, 7: 7}, 7)
+    assert numbers == {0: 7, 3: 3}
+    np.testing.assert_array_equal(red == 0, label == 7)
+    np.testing.assert_array_equal(red == 3, label == 3)
+    assert target_in_red(label, {3: 3, 7: 7}, None)[1] == {3: 3, 7: 7}
 
 
 def curved_masks():

@@ -9,12 +9,13 @@ from torc.perception.segmentation import PerceptionConfig, segment
 from torc.perception.tracking import (
     Seen,
     TrackingConfig,
+    _name_the_new,
     agreement,
     carried_over,
     same_ids,
     settled_masks,
 )
-from torc.records import BACKGROUND, MAX_OBJECTS, TARGET_ID
+from torc.records import BACKGROUND, MAX_OBJECTS, TARGET_ID, KnownObject
 from torc.testing.contexts import box
 from torc.testing.synthetic import random_clutter, synthetic_capture
 
@@ -203,6 +204,15 @@ def test_a_camera_that_moved_finds_the_same_surface():
     assert both.sum() > 0.7 * (truth >= 0).sum()
     names = {o: np.bincount(truth[(carried == o) & (truth >= 0)]).argmax() for o in eyes.scene.ids}
     assert sorted(names.values()) == [1, 2, 3]
+
+
+def test_the_target_out_of_sight_is_forgotten_last():
+    look, points = np.eye(1, dtype=np.float32)[0], np.zeros((1, 3), np.float32)
+    kept = [KnownObject(k, points, look, 1.0, missed=k, is_target=k == 63) for k in range(1, 64)]
+    ids = [None, None]
+    _name_the_new(ids, kept)
+    assert ids == [62, 61]
+    assert kept[0].id == 63
 
 
 def test_sixty_three_ids_go_round():

@@ -3,7 +3,8 @@
 import pytest
 
 from tests.helpers.vlm_server import FakeVlmServer, Raw, Say
-from torc.vlm.clients.api import find_proxy, is_loopback, open_api_client
+from torc.vlm.clients.api import open_api_client
+from torc.vlm.clients.proxies import find_proxy, is_loopback
 from torc.vlm.config import VlmConfig
 from torc.vlm.failures import FailureKind, VlmError
 from torc.vlm.protocol import Question
@@ -14,8 +15,10 @@ ADDRESSES = (
     "localhost",
     "LOCALHOST.",
     "127.8.9.10",
+    "127.1",
     "0.0.0.0",
     "::1",
+    "::ffff:127.0.0.1",
 )
 
 
@@ -61,7 +64,7 @@ def test_a_refused_request_names_the_proxy_but_not_its_password(monkeypatch):
             open_api_client(config_for("http://models.example.com/v1")).ask(Question("?"))
     assert proxy.headers[0]["host"] == "models.example.com"
     text = str(caught.value)
-    assert "the proxy that http_proxy names" in text
+    assert f"the proxy http://{address}" in text
     assert "no_proxy=models.example.com" in text
     assert not any(secret in text for secret in ("some-user", "s3cr%40t", "s3cr@t"))
 
@@ -90,10 +93,10 @@ def test_a_proxy_that_wants_a_password_is_not_asked_again(monkeypatch):
 
 def test_no_proxy_is_heeded_and_an_unproxied_failure_names_none(monkeypatch):
     monkeypatch.setenv("http_proxy", "http://127.0.0.1:1")
-    assert find_proxy("http://models.example.com/v1") == {"http": "http://127.0.0.1:1"}
-    assert not find_proxy("https://models.example.com/v1")
+    assert find_proxy("http://models.example.com/v1").server == "models.example.com"
+    assert find_proxy("https://models.example.com/v1") is None
     monkeypatch.setenv("no_proxy", "example.com")
-    assert not find_proxy("http://models.example.com:8000/v1")
+    assert find_proxy("http://models.example.com:8000/v1") is None
     with pytest.raises(VlmError) as caught:
         open_api_client(config_for("http://127.0.0.1:1/v1")).ask(Question("?"))
     assert "proxy" not in str(caught.value)

@@ -35,7 +35,7 @@ class Shown:
     def __init__(self):
         self.watched, self.pictures, self.troubles = True, [], []
 
-    def show(self, rgb, facts):
+    def put(self, rgb, facts):
         self.pictures.append((rgb, facts))
 
     def trouble(self, text):
@@ -107,7 +107,7 @@ def test_a_stored_scene_is_read_as_it_was_and_a_damaged_one_is_refused(rehearsed
         load_scene(directory)
     (directory / FACTS).write_text(text)
     (directory / REFERENCE).write_bytes(b"no")
-    with pytest.raises(InputError, match="reference of a scene"):
+    with pytest.raises(InputError, match=r"reference.*is not a readable"):
         load_scene(directory)
     with pytest.raises(InputError, match="torc lab scene"):
         load_scene(tmp_path / "nothing")

@@ -8,7 +8,7 @@ from jaxtyping import Float, UInt8
 from torc.drawing.canvas import INK, PAPER, Canvas, Color, smooth_curve
 from torc.drawing.graph_layout import Layout, lay_out
 from torc.drawing.palette import object_color
-from torc.records import Decision
+from torc.records import TARGET_ID, Decision
 from torc.records.graph import DependencyEdge, DependencyGraph, DependencyNode, EdgeKind
 
 _FAINT: Color = (120, 120, 126)
@@ -106,7 +106,7 @@ class _GraphPicture:
 
     def node(self, node: DependencyNode, is_target: bool, probability: float | None, chosen: bool) -> None:
         x, y = self.at(self.layout.places[node.id])
-        self._disk(node, x, y, chosen)
+        self._disk(node, x, y, chosen, object_color(TARGET_ID if is_target else node.id))
         room = _RADIUS_PX + (17 if chosen else 12)
         if is_target:
             name = "hidden target" if node.hidden else "target"
@@ -130,9 +130,10 @@ class _GraphPicture:
         canvas.broken_ring(x + 6, y, 6)
         canvas.text((x + 18, y), "not graspable", px, _FAINT, anchor="lm")
 
-    def _disk(self, node: DependencyNode, x: float, y: float, chosen: bool) -> None:
+    def _disk(
+        self, node: DependencyNode, x: float, y: float, chosen: bool, color: tuple[int, int, int]
+    ) -> None:
         canvas, radius = self.canvas, _RADIUS_PX
-        color = object_color(node.id)
         if chosen:
             canvas.disk(x, y, radius + 6, _CHOSEN)
             canvas.disk(x, y, radius + 2.5, PAPER)

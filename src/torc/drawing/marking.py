@@ -10,7 +10,7 @@ from jaxtyping import Bool, Int16, UInt8
 from torc.drawing.label_places import LabelPlace, place_labels
 from torc.drawing.palette import object_color
 from torc.errors import InputError
-from torc.records import MAX_OBJECTS, SegmentedScene
+from torc.records import MAX_OBJECTS, TARGET_ID, SegmentedScene
 
 # Own digits: a library's font changes with its version, and the images would change with it.
 # 5 x 7 cells per digit, one row of digits after another, '#' is ink.
@@ -54,7 +54,20 @@ def mark_image(
         raise InputError(f"Cannot highlight object {highlight}: visible are {list(scene.ids)}.")
     label = np.where(np.isin(scene.label_image, scene.ids), scene.label_image, -1).astype(np.int16)
     numbers = {i: (labels or {}).get(i, i) for i in scene.ids}
+    if scene.target_id is not None and highlight == scene.target_id:
+        highlight = TARGET_ID
+    label, numbers = target_in_red(label, numbers, scene.target_id)
     return mark_pixels(scene.observation.rgb, label, numbers, highlight)
+
+
+def target_in_red(
+    label: Int16[np.ndarray, "h w"], numbers: Mapping[int, int], target_id: int | None
+) -> tuple[Int16[np.ndarray, "h w"], dict[int, int]]:
+    """Return labels and their numbers with the target under the label 0, whose colour is red; its number stays."""
+    if target_id is None or target_id == TARGET_ID:
+        return label, dict(numbers)
+    others = {TARGET_ID if k == target_id else k: n for k, n in numbers.items()}
+    return np.where(label == target_id, np.int16(TARGET_ID), label), dict(sorted(others.items()))
 
 
 def mark_pixels(

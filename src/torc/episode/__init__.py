@@ -1,1 +1,1 @@
-"""Run the loop of look, decide, plan, execute, and tell listeners its events."""
+"""Run the loop of look, decide, plan, execute, and report its events to listeners."""

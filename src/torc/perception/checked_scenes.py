@@ -120,6 +120,8 @@ def scene_faults(scene: Any, observation: Observation) -> Iterator[str]:
         yield f"objects must be sorted by id, no two alike; their ids are {list(scene.ids)}"
     if scene.target_id is not None and scene.target_id not in scene.ids:
         yield f"target_id is {scene.target_id}, which is not in sight; it must be None while the target is not"
+    if scene.target_id is None and scene.target_number in scene.ids and scene.target_number != TARGET_ID:
+        yield f"known takes object {scene.target_number} for the target, and target_id is None: use with_target(None)"
     if TARGET_ID in scene.ids and scene.target_id != TARGET_ID:
         yield f"object {TARGET_ID} is in sight and not the target: number objects from {TARGET_ID + 1} on"
     for o in scene.objects:

@@ -255,7 +255,7 @@ def _name_the_new(ids: list[int | None], kept: list[KnownObject]) -> None:
     """Give ids to objects without one, in place: the lowest free one, else that of the object missed longest."""
     taken = {k for k in ids if k is not None} | {k.id for k in kept} | {TARGET_ID}
     free = [k for k in range(MAX_OBJECTS) if k not in taken]
-    kept.sort(key=lambda k: k.missed)
+    kept.sort(key=lambda k: (not k.is_target, k.missed))  # the target is forgotten last
     for i, k in enumerate(ids):
         if k is None:
             while not free and kept:

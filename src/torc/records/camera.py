@@ -10,9 +10,8 @@ BACKGROUND = -1
 ROBOT = -2
 """Label of pixels that show the robot itself: they hide things behind them, but are not an obstacle."""
 TARGET_ID = 0
-"""The target's id in a problem and in a frame with masks, as in the paper's images, and everywhere until it was seen.
-
-No other object has it. A perception that finds the objects itself may give the target any id.
+"""The target's id in a problem and in a frame with masks, as in the paper's images, and that of a target that no look
+has shown. Never another object's id. A perception that finds the objects itself may give the target another one.
 """
 MAX_OBJECTS = 64
 """Object ids are 0..63: an id is a bit of the occlusion volume's masks."""

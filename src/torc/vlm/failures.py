@@ -69,6 +69,16 @@ def kind_of_status(status: int) -> FailureKind:
     return FailureKind.BAD_REQUEST if status >= 400 else FailureKind.BAD_RESPONSE
 
 
+_WORDS = (
+    (re.compile(r"quota|credit|billing|payment", re.I), FailureKind.AUTH),
+    (re.compile(r"rate.?limit|too.?many|resource.?exhausted|throttl", re.I), FailureKind.RATE_LIMIT),
+    (re.compile(r"auth|permission|api.?key|forbidden", re.I), FailureKind.AUTH),
+    (re.compile(r"not.?found", re.I), FailureKind.NOT_FOUND),
+    (re.compile(r"invalid|bad.?request|failed.?precondition", re.I), FailureKind.BAD_REQUEST),
+)
+"""Meaning of codes in words; all others, e.g. "overloaded_error", may be temporary."""
+
+
 class StatedError(NamedTuple):
     """Kind of error, and the server's code and words."""
 
@@ -103,5 +113,7 @@ def _read(error: Any) -> StatedError | None:
         return None
     codes = [str(error[name]) for name in ("code", "status", "type") if error.get(name) not in (None, "", 0)]
     statuses = [int(code) for code in codes if re.fullmatch(r"[45][0-9]{2}", code)]
-    kind = kind_of_status(statuses[0]) if statuses else FailureKind.SERVER
+    said = " ".join(codes)
+    in_words = next((kind for pattern, kind in _WORDS if pattern.search(said)), FailureKind.SERVER)
+    kind = kind_of_status(statuses[0]) if statuses else in_words
     return StatedError(kind, " ".join([*codes[:1], str(error.get("message") or error)]))

@@ -10,7 +10,7 @@ from jaxtyping import Int16, UInt8
 
 from torc.drawing.clear_marks import mark_clearly
 from torc.drawing.label_places import mask_anchor
-from torc.drawing.marking import mark_pixels
+from torc.drawing.marking import mark_pixels, target_in_red
 from torc.io.pictures import png_bytes
 from torc.records import SegmentedScene
 from torc.vlm.picture_config import PictureConfig
@@ -47,7 +47,7 @@ def pictures_of(scene: SegmentedScene, config: PictureConfig) -> tuple[SentPictu
 def drawn_pictures(scene: SegmentedScene, config: PictureConfig) -> dict[str, UInt8[np.ndarray, "h w 3"]]:
     """Return the pictures as arrays by what they show: "marked", and "plain" if enabled."""
     rgb, label = shown_part(scene, config)
-    numbers = {i: i for i in scene.ids}
+    label, numbers = target_in_red(label, {i: i for i in scene.ids}, scene.target_id)
     if config.marks == "clear":
         marked = mark_clearly(rgb, label, numbers)
     else:

@@ -8,7 +8,7 @@ where the server holds the reply to a JSON schema. A .txt file is `user` alone.
 from dataclasses import asdict
 from pathlib import Path
 from string import Template
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import yaml
 from pydantic import AfterValidator, BaseModel, Field
@@ -33,13 +33,18 @@ def _template(text: str) -> str:
 _Text = Annotated[str, Field(max_length=9_000), AfterValidator(_template)]
 
 
+class _Example(BaseModel, extra="forbid", str_strip_whitespace=True):
+    user: str = Field(min_length=1, max_length=9_000)
+    reply: str = Field(min_length=1, max_length=9_000)
+
+
 class _PromptFile(BaseModel, extra="forbid", str_strip_whitespace=True):
     format: Literal["torc-prompt/1"]
     user: _Text = Field(min_length=1)
     system: _Text = ""
     free_text: _Text = ""
     schema_: _Text = Field(default="", alias="schema")
-    examples: list[Example] = Field(default=[], max_length=20)
+    examples: list[_Example] = Field(default=[], max_length=20)
 
 
 def load_prompt(path: Path) -> Prompt:
@@ -67,11 +72,18 @@ def parse_prompt(text: str, name: str, source: str, *, plain: bool = False) -> P
     Raises:
         InputError: the message names the field.
     """
-    if plain:
-        text = prompt_text(Prompt(name, text.strip()))
-    content = parse_plain_yaml(text, source, "prompt", _MAX_BYTES, _REMEDY)
+    content: Any = {"format": FORMAT, "user": text}
+    if not plain:
+        content = parse_plain_yaml(text, source, "prompt", _MAX_BYTES, _REMEDY)
     found = validated(_PromptFile, content, f"{source} is not a valid prompt file", _REMEDY)
-    return Prompt(name, found.user, found.system, found.free_text, found.schema_, tuple(found.examples))
+    return Prompt(
+        name,
+        found.user,
+        found.system,
+        found.free_text,
+        found.schema_,
+        tuple(Example(e.user, e.reply) for e in found.examples),
+    )
 
 
 def prompt_text(prompt: Prompt) -> str:

@@ -12,7 +12,7 @@ from torc.drawing.graph_layout import lay_out
 from torc.drawing.marking import number_places
 from torc.drawing.palette import object_color
 from torc.errors import InputError
-from torc.records import MAX_OBJECTS, DependencyGraph, Evidence, GraspStatus
+from torc.records import MAX_OBJECTS, TARGET_ID, DependencyGraph, Evidence, GraspStatus
 from torc.trials.log import LookedLine
 from torc.trials.pick_view import LIKELY, ObjectView, PickView
 from torc.trials.recorded import RecordedPick, RecordedTrial
@@ -101,7 +101,7 @@ def _objects(looked: LookedLine, view: PickView | None, plain: bool) -> list[dic
             {
                 "id": seen.id,
                 "target": looked.target_visible and seen.id == looked.target_id,
-                "color": _hex_color(seen.id),
+                "color": _hex_color(TARGET_ID if seen.id == looked.target_id else seen.id),
                 "pixels": seen.pixels,
                 "graspable": seen.id in looked.graspable,
                 "valid": valid,
@@ -156,7 +156,12 @@ def _drawn_graph(graph: DependencyGraph, probabilities: Mapping[int, float]) -> 
     nodes = []
     for n in graph.nodes:
         p = probabilities.get(n.id)
-        facts = {"id": n.id, "color": _hex_color(n.id), "hidden": n.hidden, "graspable": n.graspable}
+        facts = {
+            "id": n.id,
+            "color": _hex_color(TARGET_ID if n.id == graph.target else n.id),
+            "hidden": n.hidden,
+            "graspable": n.graspable,
+        }
         nodes.append(
             {**facts, "place": layout.places[n.id], "p": p if p is not None and 0 <= p <= 1 else None}
         )

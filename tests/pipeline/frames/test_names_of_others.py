@@ -58,6 +58,10 @@ def test_what_is_unambiguous_is_read(tmp_path, name):
         ({"extrinsics": SEEN.T_world_camera}, "T_world_camera and extrinsics say the same"),
         ({"intrinsics": SEEN.K}, "both mean K"),
         ({"depth_m": None, "depth": np.ones((240, 320), np.uint16), "depth_scale": 1000.0}, "give 0.001"),
+        (
+            {"depth_m": None, "depth": np.ones((240, 320), np.uint16), "depth_factor": 0.001},
+            "units per metre",
+        ),
     ],
 )
 def test_what_is_unknown_or_said_twice_is_refused(tmp_path, changes, text):

@@ -1,5 +1,6 @@
 """Check what was given with a picture against the picture: the camera's pose, the support, the depth."""
 
+import cv2
 import numpy as np
 from jaxtyping import Float, Float32
 
@@ -111,12 +112,21 @@ def _tilted(observation: Observation, plane: Plane, tilt: float) -> tuple[str, .
             T @ np.diag([1.0, -1.0, -1.0, 1.0])
         ),
         " With the quaternion's order changed it fits: give wxyz, w first; this is xyzw.": reordered,
+        " With its angles taken for degrees it fits: convert them once only.": _turned(T, 180 / np.pi),
+        " With its angles turned from degrees into radians it fits.": _turned(T, np.pi / 180),
     }
     reason = next((text for text, T in mistakes.items() if tilt_deg(T, plane) < _LEVEL_DEG / 2), "")
     return (
         f"By the camera's pose the largest plane in the picture, which looks like the support, is tilted by {tilt:.0f} "
         f"degrees. Check T_world_camera.{reason}",
     )
+
+
+def _turned(T: Pose, scale: float) -> Pose:
+    """Scale the pose's rotation vector."""
+    turned = T.copy()
+    turned[:3, :3] = cv2.Rodrigues(scale * cv2.Rodrigues(T[:3, :3])[0])[0]
+    return turned
 
 
 def _height_off(capture: Capture, plane: Plane, support_z_m: float) -> tuple[str, ...]:
@@ -140,7 +150,11 @@ def _height_off(capture: Capture, plane: Plane, support_z_m: float) -> tuple[str
             f"{plane.distance_m:.2f} m. The depth's unit is probably wrong: {unit}. If not, check support_z_m.",
         )
     forgotten = " Was the height of the table left out?" if support_z_m == 0 else ""
-    instead = f" If these are right, the depth's unit is wrong: {unit}." if unit else ""
+    instead = (
+        f" If these are right, the depth's unit is wrong: {unit}."
+        if unit
+        else " Check the depth's unit, too."
+    )
     return (
         f"The largest level surface in the picture is at z = {seen_z_m:.3f} m, not at support_z_m = "
         f"{support_z_m:.3f} m.{forgotten} Check support_z_m and the camera's pose.{instead}",

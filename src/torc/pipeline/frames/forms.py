@@ -229,8 +229,11 @@ def _settle_depth_unit(where: str, values: dict[str, Any], theirs: dict[str, str
     if "depth_factor" in values:
         _one_of(where, [theirs[k] for k in ("depth_factor", "depth_scale_m") if k in values])
         factor, theirs["depth_scale_m"] = values.pop("depth_factor"), theirs["depth_factor"]
-        number = isinstance(factor, int | float) and not isinstance(factor, bool) and factor > 0
-        values["depth_scale_m"] = 1 / factor if number else factor
+        if isinstance(factor, bool) or not isinstance(factor, int | float) or not 10 <= factor <= 1e6:
+            raise InputError(
+                f"{where}, key {theirs['depth_factor']}: {factor!r} is not a number of units per metre."
+            )
+        values["depth_scale_m"] = 1 / factor
     scale = values.get("depth_scale_m")
     bop = plain_name(theirs.get("K", "")) == "camk"
     if bop and isinstance(scale, int | float) and _LEAST_BOP_SCALE <= scale <= 10:

@@ -43,9 +43,10 @@ def estimate_support_z_m(capture: Capture) -> float:
         lowest = float(np.percentile(object_points(capture)[:, 2], 1))
         heights = heights[heights < lowest + _BELOW_LOWEST_M]
     if len(heights) < _MIN_POINTS:
+        what = "pixels" if capture.label_image is None else "pixels of the background, below the objects,"
         raise InputError(
-            f"The height of the support surface cannot be estimated: only {len(heights)} pixels of the background, "
-            "below what is labelled, show a horizontal surface. Give support_z_m; or the camera pose is wrong."
+            f"The height of the support surface cannot be estimated: only {len(heights)} {what} show a horizontal "
+            "surface. Give support_z_m; or the camera pose is wrong."
         )
     start = heights.min() - _BIN_M / 2
     bins = ((heights - start) / _BIN_M).astype(int)

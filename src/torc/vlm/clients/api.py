@@ -8,13 +8,12 @@ import os
 import re
 import time
 from http.client import HTTPException
-from ipaddress import ip_address
 from typing import Any
 from urllib.error import HTTPError, URLError
-from urllib.parse import unquote, urlsplit
-from urllib.request import HTTPRedirectHandler, ProxyHandler, Request, build_opener, getproxies, proxy_bypass
+from urllib.request import HTTPRedirectHandler, ProxyHandler, Request, build_opener
 
 from torc.errors import InputError
+from torc.vlm.clients.proxies import find_proxy
 from torc.vlm.clients.vendors import VENDORS
 from torc.vlm.config import VlmConfig
 from torc.vlm.failures import LASTING, FailureKind, VlmError, kind_of_status, stated_error
@@ -63,8 +62,9 @@ class ApiClient:
 
     def __init__(self, config: VlmConfig, key: str | None) -> None:
         self.config, self._key = config, key
-        self._proxies = find_proxy(config.url)
-        self._opener = build_opener(_NoRedirects, ProxyHandler(self._proxies))
+        self._proxy = find_proxy(config.url)
+        proxies = {} if self._proxy is None else {self._proxy.scheme: self._proxy.url}
+        self._opener = build_opener(_NoRedirects, ProxyHandler(proxies))
 
     def ask(self, question: Question) -> Reply:
         """Return the model's reply. Raises VlmError once the retries are used up, or at once if no retry can help."""
@@ -80,12 +80,11 @@ class ApiClient:
             time.sleep(min(MAX_WAIT_S, wait_s))
         if too_long:
             detail = f"it asks to wait {asked_s:g} s; {detail}"
-        for secret in map(_password, self._proxies.values()):
-            detail = re.sub(secret, "[secret]", detail)
+        if self._proxy is not None:
+            detail = self._proxy.without_secrets(detail)
         detail = " ".join(scrubbed(detail, self._key).split())[:_MAX_DETAIL]
-        for scheme in self._proxies:
-            around = f"no_proxy={urlsplit(self.config.url).hostname} in the environment avoids it"
-            detail += f"; asked through the proxy that {scheme}_proxy names; {around}"
+        if self._proxy is not None:
+            detail += f"; {self._proxy.words()}"
         raise VlmError(self.config.text, kind, detail, tries)
 
     def _send(self, question: Question) -> Reply | _Failure:
@@ -179,36 +178,3 @@ def scrubbed(text: str, key: str | None) -> str:
     if key:
         text = text.replace(key, "[key]")
     return _ENCODED.sub("[data]", text)
-
-
-def find_proxy(url: str) -> dict[str, str]:
-    """Return the environment's proxy for this address by its scheme (http_proxy, https_proxy).
-
-    Empty if no_proxy excludes the address, or if it is on this machine, which a proxy elsewhere cannot reach.
-    """
-    parts = urlsplit(url)
-    given = getproxies().get(parts.scheme)
-    unused = not given or is_loopback(parts.hostname or "") or proxy_bypass(parts.netloc)
-    return {} if unused else {parts.scheme: str(given)}
-
-
-def is_loopback(host: str) -> bool:
-    """True if a host means this machine: localhost, 127.0.0.0/8, ::1, or 0.0.0.0, which servers print as their own
-    address. No name is looked up.
-    """
-    name = host.lower().rstrip(".")
-    try:
-        address = ip_address(name)
-    except ValueError:
-        return name == "localhost" or name.endswith(".localhost")
-    return address.is_loopback or address.is_unspecified
-
-
-def _password(proxy: str) -> str:
-    """Return a pattern of the user and the password in a proxy's address, which may be malformed."""
-    user, _, address = proxy.rpartition("://")[2].rpartition("@")
-    parts = (user or address).split(":", 1)
-    return (
-        "|".join(re.escape(p) for part in parts for p in (part, unquote(part)) if len(p) > _TOO_SHORT)
-        or "(?!)"
-    )
