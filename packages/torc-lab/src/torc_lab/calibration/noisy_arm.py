@@ -25,7 +25,7 @@ _FREEDOM = 5.0
 """Degrees of freedom of Student's t: about 5 % less exact than least squares if no view is bad."""
 _ROUNDS, _SETTLED = 30, 1e-7
 _STEPS, _STEADY_LOG = 3, 0.01
-"""Transforms need not settle while the noise is still being estimated, to a hundredth."""
+"""Steps per round, as transforms need not settle before the noise has; the noise settles within a hundredth."""
 _DIFFERENCE = 1e-6
 _LEAST_RAD, _LEAST_M = 1e-6, 1e-6
 _MOST_RAD, _MOST_M = 0.1, 0.1
@@ -179,7 +179,7 @@ class _Stack:
         return np.asarray(adjoint @ self.covariances @ adjoint.transpose(0, 2, 1) + arm)
 
     def _scaled(self, numbers: np.ndarray) -> Float[np.ndarray, "v 4 4"]:
-        """Return the board's poses for a board scaled by the thirteenth number, a logarithm, if there is one."""
+        """Return the board's poses, scaled by the exponential of the thirteenth number if there is one."""
         if len(numbers) == 12:
             return self.seen
         seen = self.seen.copy()

@@ -1,4 +1,4 @@
-"""Print what a calibration needs: the board, and the marker for the table."""
+"""Write the pages to print for a calibration: the board, and the marker for the table."""
 
 from pathlib import Path
 

@@ -25,8 +25,7 @@ from torc_lab.cameras.poses import checked_pose, read_mapping
 
 _MAX_BYTES, _MAX_ENTRIES = 2_000_000, 1000
 _SAMPLE_VARIANCE = np.repeat([1e-3**2, 5e-4**2], 3)
-"""Of a marker's pose, turn (rad²) then shift (m²): assumed, as samples lack it; the arm's noise is estimated as well.
-"""
+"""Assumed for a marker's pose, turn (rad) then shift (m), as samples lack it; the arm's noise is estimated too."""
 _IN_WORLD = "T_world_tool0"
 _HOW = (
     "Give a .csv with the columns picture, x, y, z, qx, qy, qz, qw, or a .json or .yaml with a list `poses` of entries "

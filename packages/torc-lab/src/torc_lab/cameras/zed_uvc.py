@@ -233,8 +233,9 @@ def read_calibration(
 
 
 class Rectifier:
-    """Rectifies both pictures, so that a point is in the same row of both, and removes the lenses' distortion
-    (Bouguet's method, as in OpenCV's stereoRectify).
+    """Rectifies both pictures, and removes the lenses' distortion.
+
+    A point is then in the same row of both (Bouguet's method, as in OpenCV's stereoRectify).
 
     Attributes:
         K: intrinsics of both rectified pictures, pixels.

@@ -21,8 +21,9 @@ _WIDE_M = 0.1
 _ACTIVATION_S, _MOTION_S, _ECHO_S = 10.0, 6.0, 0.5
 _POLL_S = 0.01
 _ALIVE_S = 0.2
-"""Interval at which the gripper is polled when idle: it reports a fault after a second of silence. Polling also shows
-that another client commands it.
+"""Interval at which an idle gripper is polled.
+
+After a second of silence it reports a fault. Polling also shows that another client commands it.
 """
 
 
@@ -136,9 +137,7 @@ class RobotiqGripper:
         return self._state(self._move(GripperCommand(position=self.scale.count(width_m))))
 
     def close(self, force_n: float) -> GripperState:
-        """Close until contact, and keep pressing with force_n, as nearly as the gripper can. Raises LabError,
-        InputError.
-        """
+        """Close until contact, and keep pressing with about force_n, newtons. Raises LabError, InputError."""
         if force_n <= 0:
             raise InputError(f"The grip force must be positive, not {force_n} N.")
         self._closing = True
@@ -201,10 +200,10 @@ class RobotiqGripper:
         return status
 
     def _state(self, status: GripperStatus) -> GripperState:
-        """Return the state: it holds something if it stopped while closing. A drop shows, as it then closes all the
-        way.
+        """Return the state: it holds something if it stopped while closing.
 
-        While the fingers move, `holding` stays as it was: they follow a held object when the arm starts or stops.
+        A drop shows, as the gripper then closes all the way. While the fingers move, `holding` stays as it was: they
+        follow a held object when the arm starts or stops.
         """
         stopped = status.object is Object.STOPPED_CLOSING
         self._held = self._closing and (self._held if status.object is Object.MOVING else stopped)

@@ -1,5 +1,6 @@
-"""The gripper's commands and status: three registers each way (Robotiq 2F-85 and 2F-140 instruction manual, chapter
-"Control").
+"""The gripper's registers, three for commands and three for its status.
+
+Source: Robotiq 2F-85 and 2F-140 instruction manual, chapter "Control".
 """
 
 from collections.abc import Sequence

@@ -143,8 +143,9 @@ class UrcapWire(Link):
         return int(value)
 
     def _ask(self, line: str) -> str:
-        """Return the answer, without its end. The first fault loses the connection: a later answer may belong to any
-        request.
+        """Return the answer, without its end. The first fault loses the connection for good.
+
+        A later answer could belong to any request.
         """
         with self._lock:
             self._check()

@@ -222,8 +222,9 @@ class RosArm:
         self.status()
 
     def _take_arm(self) -> None:
-        """Lock the arm against other torcs and advertise the goals' topics, once, before the first goal. Raises
-        LabError.
+        """Lock the arm against other torcs and advertise the goals' topics, before the first goal.
+
+        Raises LabError.
         """
         config = self.config
         if self._advertised:

@@ -30,7 +30,8 @@ class FrankaHandConfig:
         name: of its node: actions NAME/move, NAME/grasp and NAME/homing, topic NAME/joint_states.
         max_width_m: largest opening between the pads.
         speed_m_s: between the pads.
-        timeout_s: for an answer; motion_s: for a motion.
+        timeout_s: how long to wait for an answer.
+        motion_s: how long a motion may take.
     """
 
     url: str
