@@ -91,7 +91,7 @@ def _turned(arm: SupervisedArm, turn: Trajectory, joint: int, names: Sequence[st
 
 
 def turn_fault(moved_rad: Float[np.ndarray, "dof"], joint: int, by_rad: float, names: Sequence[str]) -> str:
-    """Return what is wrong with how the joints moved when only `joint` was commanded; "" if nothing."""
+    """Return the fault in how the joints moved when only `joint` was commanded; "" if there is none."""
     share = moved_rad / by_rad
     others = [k for k in range(len(names)) if abs(share[k]) > _MOVED and k != joint]
     listed = ", ".join(f"joint {k + 1} ({names[k]}) by {moved_rad[k]:+.3f} rad" for k in others)

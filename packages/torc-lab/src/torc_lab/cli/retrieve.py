@@ -42,7 +42,7 @@ class RetrieveCommand:
     """Pictures of the target from some sides, one to five will do, by which torc knows it."""
     target_size: Annotated[tuple[float, float] | None, tyro.conf.arg(metavar="LENGTH THICKNESS")] = None
     """How long the target is, corner to corner, and the width of the narrowest tube it goes through, in metres, beside
-    pictures of it; that tells things apart that look alike."""
+    pictures of it; that distinguishes things that look alike."""
     planner: str = "dg-select"
     """Task planner."""
     planner_settings: Annotated[Settings, tyro.conf.Suppress, tyro.conf.Fixed] = field(default_factory=dict)

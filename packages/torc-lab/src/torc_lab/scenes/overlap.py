@@ -29,7 +29,7 @@ _BESIDE_PX = 10
 _NEW_SHARE = 5e-4
 """A new thing covers more than this share of the picture."""
 _LEAST_TABLE = 0.8
-"""Least share of the table that is where it was."""
+"""Least share of the table that must not have moved."""
 
 
 @dataclass(frozen=True)
@@ -156,7 +156,7 @@ def _within(observation: Observation, grid: VoxelGrid) -> Bool[np.ndarray, "h w"
 
 
 def _apart(nearer: Bool[np.ndarray, "h w"], label: Int16[np.ndarray, "h w"]) -> Bool[np.ndarray, "h w"]:
-    """Return what is nearer than before, except close to the objects, which may be slightly off."""
+    """Return the pixels that are nearer than before, except close to the objects, which may be slightly off."""
     px = max(1, round(_BESIDE_PX * label.shape[0] / 480))
     around = cv2.dilate((label != BACKGROUND).astype(np.uint8), np.ones((2 * px + 1,) * 2, np.uint8))
     return np.asarray(nearer & (around == 0))
