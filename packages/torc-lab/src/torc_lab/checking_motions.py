@@ -91,7 +91,14 @@ def _turned(arm: SupervisedArm, turn: Trajectory, joint: int, names: Sequence[st
 
 
 def turn_fault(moved_rad: Float[np.ndarray, "dof"], joint: int, by_rad: float, names: Sequence[str]) -> str:
-    """Return the fault in how the joints moved when only `joint` was commanded; "" if there is none."""
+    """Return the fault in how the joints moved when only one was commanded; "" if there is none.
+
+    Args:
+        moved_rad: by how much each joint moved.
+        joint: index of the commanded joint, from 0.
+        by_rad: by how much it was commanded to move.
+        names: names of the joints.
+    """
     share = moved_rad / by_rad
     others = [k for k in range(len(names)) if abs(share[k]) > _MOVED and k != joint]
     listed = ", ".join(f"joint {k + 1} ({names[k]}) by {moved_rad[k]:+.3f} rad" for k in others)

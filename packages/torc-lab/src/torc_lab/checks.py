@@ -53,7 +53,15 @@ def limits_of(
     margin_rad: float,
     tcp_speed_m_s: float = REDUCED_SPEED_M_S,
 ) -> MotionLimits:
-    """Return a robot's limits, with a margin at the joint limits and a share `speed_scale` of its speed."""
+    """Return a robot's limits, with a margin at the joint limits and a share of its speed.
+
+    Args:
+        robot: whose joint, speed and acceleration limits to take.
+        box_lower, box_upper: corners of the box that the arm may not leave, world frame, metres.
+        speed_scale: share of the robot's joint speed limits.
+        margin_rad: distance to keep from the joint limits.
+        tcp_speed_m_s: greatest TCP speed; `speed_scale` does not apply to it.
+    """
     arm = robot.arm
     return MotionLimits(
         arm.lower + margin_rad,
@@ -76,7 +84,13 @@ def stretched(trajectory: Trajectory, factor: float) -> Trajectory:
 def turning(
     qpos: Float[np.ndarray, "dof"], by_rad: float, joint: int = 0, duration_s: float = 1.0, samples: int = 51
 ) -> Trajectory:
-    """Return a motion that turns one joint by `by_rad`, from rest to rest."""
+    """Return a motion that turns one joint by `by_rad`, from rest to rest.
+
+    Args:
+        qpos: joint positions at the start, radians.
+        joint: index of the joint, from 0.
+        samples: number of samples of the trajectory.
+    """
     t = np.linspace(0, duration_s, samples)
     s = t / duration_s
     path, rates = np.tile(qpos, (samples, 1)), np.zeros((samples, len(qpos)))
@@ -122,7 +136,12 @@ def motion_faults(
     limits: MotionLimits,
     robot: RobotDescription,
 ) -> list[str]:
-    """Return all faults of a trajectory for an arm at `qpos`; empty if it may go."""
+    """Return all faults of a trajectory for an arm at `qpos`; empty if it may go.
+
+    Args:
+        qpos: joint positions of the arm now, radians.
+        start_tolerance_rad: how far the trajectory may start from `qpos`, in any joint.
+    """
     if faults := form_faults(trajectory, robot.arm.dof):
         return faults
     times, path, rates = trajectory.times_s, trajectory.qpos, trajectory.qvel
@@ -195,7 +214,13 @@ def _speed_faults(trajectory: Trajectory, limits: MotionLimits, robot: RobotDesc
 def outside_box(
     places: Float[np.ndarray, "n k 3"], times: Float[np.ndarray, "n"], limits: MotionLimits, what: str
 ) -> list[str]:
-    """Return a fault if any of something's k points leaves the box at any of the times; else nothing."""
+    """Return a fault if something leaves the box of `limits`; else nothing.
+
+    Args:
+        places: positions of k of its points at n times, world frame, metres.
+        times: those times, seconds.
+        what: its name in the message.
+    """
     outside = np.argwhere(((places < limits.box_lower) | (places > limits.box_upper)).any(axis=2))
     if not len(outside):
         return []

@@ -30,6 +30,7 @@ def empty_space(
     """Return where the arm may be: clear of table, bin, obstacles and itself, with 3 cm of room.
 
     Args:
+        limits: joint limits, radians; 0.05 rad more is kept from them.
         held: spheres (x, y, z, radius) of the object in the hand, in the flange's frame, metres.
     """
     bounds = limits.lower + LIMIT_RAD, limits.upper - LIMIT_RAD
@@ -75,6 +76,11 @@ def motion_above(
     """Return a motion to one of the goals that touches nothing; None if none is found.
 
     The start `qpos` may be closer to things than motions otherwise come, because a person brought the arm there.
+
+    Args:
+        space: where the arm may be.
+        qpos: joint positions at the start, radians.
+        goals: joint positions of n goals, radians.
     """
     config = MotionConfig()
     out = way_out(space, qpos, rng)

@@ -212,7 +212,12 @@ def usual_box(
 def driver_config(kind: Kind[Any], device: Device, where: str) -> dict[str, Any]:
     """Return the arguments to construct a driver with: one `config` if it takes such a dataclass, else its settings.
 
-    Raises InputError if the driver or a setting is unknown, or a value is not valid.
+    Args:
+        kind: arm or gripper drivers.
+        where: names the place in the lab file, for messages.
+
+    Raises:
+        InputError: the driver or a setting is unknown, or a value is not valid.
     """
     made_with = config_class(load_part(kind, device.driver))
     if made_with is None:

@@ -71,8 +71,17 @@ def retrieve(
 
     A lost device makes the trial "errored", never a failed pick. If the robot is stopped, the pick has no result. If a
     person then resumes, the episode goes on, and the trial is recorded, but not scored ("interrupted"). Ctrl-C stops
-    the arm, waits until it rests, and ends the trial. Raises InputError and LabError, before anything moves, if
-    something cannot be used or reached.
+    the arm, waits until it rests, and ends the trial.
+
+    Args:
+        wanted: the target.
+        out: directory for the results.
+        listeners: receive the episode's events, in addition to the recorder.
+        vlm_cache: how to cache a model's answers; None for no cache.
+        say: shows a message to the person.
+
+    Raises:
+        InputError, LabError: something cannot be used or reached; nothing has moved then.
     """
     refuse_simulated(spec.planner.name)
     if lab.conditions.camera == "recorded" and not operation.dry_run:

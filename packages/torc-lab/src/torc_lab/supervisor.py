@@ -279,7 +279,13 @@ class SupervisedArm:
 def off_path_rad(
     trajectory: Trajectory, qpos: Float[np.ndarray, "dof"], elapsed_s: float, lag_s: float
 ) -> float:
-    """Return the greatest joint error against the path, radians, at the best-matching time within lag_s."""
+    """Return the distance of the arm from its path, radians: the greatest joint error, at the best-matching time.
+
+    Args:
+        qpos: joint positions of the arm, radians.
+        elapsed_s: time since the motion began.
+        lag_s: how far the arm may be behind or ahead in time.
+    """
     times = np.clip(np.linspace(elapsed_s - lag_s, elapsed_s + lag_s, 41), 0, trajectory.duration_s)
     path = np.stack([np.interp(times, trajectory.times_s, q) for q in trajectory.qpos.T], axis=1)
     return float(np.abs(path - qpos).max(axis=1).min())

@@ -38,8 +38,14 @@ def plan_lab_bench(
     """Plan each planner's trials in each scene, scene by scene. Each round in a scene has every planner once.
 
     The order in a round depends on `order_seed`, the scene and the round, so that no planner profits from the light or
-    from who lays out. The repeat is the seed of the trial. Raises InputError if two scenes share a name, a planner or
-    its model needs the simulation, or `repeats` is below 1.
+    from who lays out. The repeat is the seed of the trial.
+
+    Args:
+        repeats: trials of each planner in each scene.
+        order_seed: seed of the planners' order.
+
+    Raises:
+        InputError: two scenes share a name, a planner or its model needs the simulation, or `repeats` is below 1.
     """
     names = [scene.name for scene in scenes]
     if twice := sorted({name for name in names if names.count(name) > 1}):

@@ -146,7 +146,14 @@ def lay_out(
     """Guide the person until every object overlaps by the threshold, or the person accepts; None if the person stops.
 
     Nothing moves: only the arm's pose is read first, then only the camera is open. While it waits for the person, the
-    board shows the live picture. Raises LabError, InputError, CameraError or PartError.
+    board shows the live picture.
+
+    Args:
+        threshold: least overlap of every object, above 0 and at most 1.
+        board: shows the live picture; None for no page.
+
+    Raises:
+        LabError, InputError, CameraError, PartError: as the devices and stages raise them.
     """
     if not 0 < threshold <= 1:
         raise InputError(f"The threshold of the overlap is above 0 and at most 1, not {threshold}.")

@@ -67,9 +67,13 @@ class Overlap:
 
 
 def measure_overlap(stored: Capture, seen: Observation, grid: VoxelGrid) -> Overlap:
-    """Compare a snapshot with a stored reference, whose label image holds the objects' masks, within `grid` (world).
+    """Compare a snapshot with a stored reference, whose label image holds the objects' masks, within a grid.
 
-    Raises InputError if the picture's size or intrinsics differ, or the reference has no masks.
+    Args:
+        grid: the room in which table and new things count, world frame.
+
+    Raises:
+        InputError: the pictures' sizes or intrinsics differ, or the reference has no masks.
     """
     reference, label = stored.observation, _checked_label(stored, seen)
     same = _same_depth(reference.depth_m, seen.depth_m) & _same_color(reference, seen, label)

@@ -33,7 +33,15 @@ def overlay(
     """Return the live picture around the objects, with an outline and a number at each object's place.
 
     Outlines are green if the object is in its place, orange if nearly, else red and thick. Where it is not in its
-    place, the reference shines through. Raises ValueError if the reference has no masks.
+    place, the reference shines through.
+
+    Args:
+        found: overlap of each object.
+        threshold: least overlap of an object in its place.
+        width_px: width of the picture returned.
+
+    Raises:
+        ValueError: the reference has no masks.
     """
     if reference.label_image is None:
         raise ValueError("The reference has no masks.")

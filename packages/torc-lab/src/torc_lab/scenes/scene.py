@@ -144,7 +144,17 @@ def record_scene(
     pictures: int = PICTURES,
     say: Callable[[str], None] = say_in_terminal,
 ) -> tuple[Scene, SegmentedScene]:
-    """Record the scene before the camera; return it and perception's result. Raises InputError if it is empty."""
+    """Record the scene before the camera; return it and perception's result.
+
+    Args:
+        name: the scene's name.
+        wanted: the target.
+        pictures: number of snapshots whose median is the reference.
+        say: shows a message to the person.
+
+    Raises:
+        InputError: no object is in sight.
+    """
     say(f"Taking {pictures} pictures: leave everything as it is.")
     shots = [eyes.look() for _ in range(pictures)]
     found = eyes.find(median_picture(shots), wanted)
