@@ -30,7 +30,7 @@ def empty_space(
     """Return where the arm may be: clear of table, bin, obstacles and itself, with 3 cm of room.
 
     Args:
-        limits: joint limits, radians; 0.05 rad more is kept from them.
+        limits: joint limits to keep, with 0.05 rad more.
         held: spheres (x, y, z, radius) of the object in the hand, in the flange's frame, metres.
     """
     bounds = limits.lower + LIMIT_RAD, limits.upper - LIMIT_RAD

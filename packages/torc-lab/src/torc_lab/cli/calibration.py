@@ -110,7 +110,7 @@ class CalibrateCommand:
         return 0
 
     def _check(self) -> None:
-        """Raise InputError if options contradict or lack each other."""
+        """Raise InputError if options contradict each other, or one that belongs to others is missing."""
         from torc_lab.calibration.hand_eye import LEAST_VIEWS
 
         stored = (self.poses_file, self.pictures, self.intrinsics)
