@@ -1,1 +1,1 @@
-"""Real robots: drivers, and the supervisor between them and torc's loop."""
+"""Run torc on real robots: drivers, and the supervisor between them and torc's loop."""

@@ -1,4 +1,4 @@
-"""Every device of a laboratory, tried one by one before anybody relies on it."""
+"""Check every device of a laboratory, one by one."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -46,7 +46,7 @@ _MOST_OFF_M, _MOST_TILT_RAD = 0.01, 0.02
 
 
 def check_lab(lab: Lab, ask: Ask | None = None) -> Iterator[Finding]:
-    """Tries every device of a lab file. Nothing moves without `ask`, which is asked before each small motion."""
+    """Try every device of a lab file. Nothing moves without `ask`, which is called before each small motion."""
     yield from _tried("arm", lambda: connect_arm(lab), lambda arm: _arm(lab, arm, ask), close_arm)
     yield from _tried(
         "gripper", lambda: connect_gripper(lab), lambda gripper: _gripper(lab, gripper, ask), close_gripper
@@ -62,7 +62,7 @@ def _tried(
     look: Callable[[Any], Iterator[Finding]],
     close: Callable[[Any], None],
 ) -> Iterator[Finding]:
-    """What a look at a device finds; a fault ends it, and is a finding."""
+    """Yield the findings of a look at a device; an error ends it and becomes a finding."""
     try:
         with ExitStack() as stack, blamed(f"The {what}'s driver", LabError, "Mend the driver."):
             device = connect()
@@ -105,7 +105,7 @@ def _arm(lab: Lab, arm: ArmDriver, ask: Ask | None) -> Iterator[Finding]:
 
 
 def _standing(lab: Lab, arm: ArmDriver) -> Iterator[Finding]:
-    """Where its base is in the world, and what of the robot could not be compared with the model."""
+    """Yield where the arm's base is modelled, and which fixed joints could not be compared with the model."""
     arm_description = lab.robot.arm
     base = arm_description.T_world_base
     x, y, z = (base @ arm_description.Ts_parent_joint[0])[:3, 3]
@@ -119,7 +119,7 @@ def _standing(lab: Lab, arm: ArmDriver) -> Iterator[Finding]:
 
 
 def _joints(lab: Lab, qpos: np.ndarray) -> Iterator[Finding]:
-    """Where its joints are, by the names and within the limits of the robot description."""
+    """Yield the joint positions, and whether they are within the limits."""
     arm, within = lab.robot.arm, limits(lab)
     each = zip(arm.joint_names, qpos, arm.lower, arm.upper, strict=True)
     text = ", ".join(f"{name} {q:.3f} ({lower:.3f} to {upper:.3f})" for name, q, lower, upper in each)
@@ -131,7 +131,7 @@ def _joints(lab: Lab, qpos: np.ndarray) -> Iterator[Finding]:
 
 
 def _rates(arm: ArmDriver) -> Finding:
-    """How often, and how late, it tells its state."""
+    """Return how often the arm reports its state, and how old the states are."""
     stamps, oldest, began = set(), 0.0, time.monotonic()
     while (now := time.monotonic()) - began < _WATCH_S:
         stamp = arm.status().stamp_s
@@ -195,7 +195,7 @@ def _camera(lab: Lab, camera: Any) -> Iterator[Finding]:
 
 
 def _drift(lab: Lab, seen: Any) -> Iterator[Finding]:
-    """Whether the marker on the table is where the calibration saw it; nothing without a calibration."""
+    """Yield whether the marker on the table is where the calibration saw it; nothing without a calibration."""
     if not is_calibrated(lab):
         return
     marker = marker_of_lab(lab)
@@ -212,7 +212,7 @@ def _drift(lab: Lab, seen: Any) -> Iterator[Finding]:
 
 
 def _support(lab: Lab, seen: Any) -> Finding:
-    """Whether the table is where the camera's pose says."""
+    """Return whether the table is where the camera's pose puts it."""
     if getattr(seen, "pose_estimated", False):
         remedy = "set camera.pose to what `torc lab calibrate` wrote, or to workspace"
         return Finding(f"its pose is not known: {remedy}", False)

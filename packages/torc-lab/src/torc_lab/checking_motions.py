@@ -1,4 +1,4 @@
-"""Whether an arm does what it is commanded: each joint a little, and a touch test; a person lets every motion go."""
+"""Check that an arm moves as commanded: a small turn of each joint, and a touch test. A person confirms each motion."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -20,17 +20,17 @@ from torc_lab.protocols import ArmDriver, RobotStoppedError
 from torc_lab.supervisor import SupervisedArm
 
 TURN_RAD = 0.08
-"""Each joint turns by this: well above the noise of encoders, and a hand's breadth at arm's length."""
+"""Angle by which each joint turns: well above encoder noise, and a hand's breadth at arm's length."""
 _TURN_S, _SAMPLES = 2.0, 81
 _OFF = 0.1
-"""Share of the turn by which a joint, or another one, may be off."""
+"""Greatest error of any joint, as a share of the turn."""
 _MOVED = 0.25
-"""Share of the turn from which on a joint has moved."""
+"""A joint that moved by more than this share of the turn counts as moved."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """What a check says about a device, and whether it is as it should be."""
+    """One result of a check; `good`: the device is as it should be."""
 
     text: str
     good: bool = True
@@ -38,8 +38,12 @@ class Finding:
 
 
 def check_motions(lab: Lab, arm: ArmDriver, ask: Ask) -> Iterator[Finding]:
-    """Turns each joint a little and back, compares where every joint is at the turning point with the command, and ends
-    at the first that does something else. Then the touch test, if the camera was calibrated.
+    """Turn each joint a little and back, and compare all joints with the command at the turning point.
+
+    Ends at the first joint that does not follow. Else the touch test comes last, if the camera was calibrated.
+
+    Args:
+        ask: asks the person to confirm a motion; nothing moves without a yes.
     """
     supervised, within = SupervisedArm(arm, lab.robot, limits(lab)), limits(lab)
     names = lab.robot.arm.joint_names
@@ -61,7 +65,7 @@ def check_motions(lab: Lab, arm: ArmDriver, ask: Ask) -> Iterator[Finding]:
 
 
 def _seen(robot: RobotDescription, turn: Trajectory) -> str:
-    """Where the fingertips should go: whether a robot is built otherwise only a person can see."""
+    """Return where the fingertips should go; only a person can see that a robot is built differently from its model."""
     before, after = (tcp_pose(robot, q, 0.0)[:3, 3] for q in turn.qpos[[0, -1]])
     words = (("forward", "back"), ("to the left", "to the right"), ("up", "down"))
     moved_cm = zip((100 * (after - before)).tolist(), words, strict=True)
@@ -70,7 +74,7 @@ def _seen(robot: RobotDescription, turn: Trajectory) -> str:
 
 
 def _turned(arm: SupervisedArm, turn: Trajectory, joint: int, names: Sequence[str]) -> str:
-    """What was wrong with a turn there and back; "" for nothing."""
+    """Turn a joint and back; return what was wrong, "" if nothing."""
     start, by_rad = turn.qpos[0], turn.qpos[-1, joint] - turn.qpos[0, joint]
     try:
         arm.follow(turn)
@@ -87,7 +91,14 @@ def _turned(arm: SupervisedArm, turn: Trajectory, joint: int, names: Sequence[st
 
 
 def turn_fault(moved_rad: Float[np.ndarray, "dof"], joint: int, by_rad: float, names: Sequence[str]) -> str:
-    """What is wrong with how the joints moved when one of them was commanded; "" for nothing."""
+    """Return the fault in how the joints moved when only one was commanded; "" if there is none.
+
+    Args:
+        moved_rad: by how much each joint moved.
+        joint: index of the commanded joint, from 0.
+        by_rad: by how much it was commanded to move.
+        names: names of the joints.
+    """
     share = moved_rad / by_rad
     others = [k for k in range(len(names)) if abs(share[k]) > _MOVED and k != joint]
     listed = ", ".join(f"joint {k + 1} ({names[k]}) by {moved_rad[k]:+.3f} rad" for k in others)
@@ -106,7 +117,7 @@ def turn_fault(moved_rad: Float[np.ndarray, "dof"], joint: int, by_rad: float, n
 
 
 def _touch(lab: Lab, arm: SupervisedArm, ask: Ask) -> Iterator[Finding]:
-    """The touch test. It tries camera pose, base and robot description together."""
+    """Carry out the touch test, which checks camera pose, base and robot description together."""
     marker = marker_of_lab(lab)
     if marker is None:
         return

@@ -1,4 +1,4 @@
-"""What a trajectory must be before it goes to a real arm, sample by sample."""
+"""Check and adapt trajectories for a real arm, sample by sample."""
 
 from dataclasses import dataclass
 
@@ -10,28 +10,28 @@ from torc.robots.description import RobotDescription
 from torc.robots.kinematics import sphere_centers, tool0_poses
 
 REDUCED_SPEED_M_S = 0.25
-"""Of the TCP, where people may be near (ISO 10218-1, reduced speed control)."""
+"""Greatest TCP speed while people may be near (ISO 10218-1, reduced speed control)."""
 _FASTER = 1.02
 """Speeds between samples may be this much above those of the samples: a cubic is not straight."""
 _HARDER = 1.1
-"""Likewise accelerations, which come from differences of speeds."""
+"""The factor for accelerations, which come from differences of speeds."""
 _AT_REST_RAD_S = 1e-6
 """A motion begins and ends at no more than this: controllers reject one that ends moving."""
 _UPPER_ARM_M = 0.2
-"""The elbow is the first joint that is so far from the one before."""
+"""The elbow is the first joint further than this from the one before."""
 _PER_SAMPLE_RAD = 0.2
-"""No joint moves further from sample to sample: what lies between would be unchecked."""
+"""No joint may move further from one sample to the next, as the path between is not checked."""
 
 
 @dataclass(frozen=True)
 class MotionLimits:
-    """Within what an arm may move.
+    """Limits on how an arm may move.
 
     Attributes:
-        lower, upper: joint limits, radians, the margin taken off.
+        lower, upper: joint limits less the margin, radians.
         max_speed: per joint, rad/s, after scaling.
         max_acceleration: per joint, rad/s2.
-        tcp_speed_m_s: of the TCP; ISO 10218-1 calls .25 m/s reduced speed.
+        tcp_speed_m_s: greatest TCP speed; ISO 10218-1 calls 0.25 m/s reduced speed.
         box_lower, box_upper: where the TCP of the closed gripper, the flange, and the arm from its elbow on may be,
             world frame, metres.
     """
@@ -53,7 +53,15 @@ def limits_of(
     margin_rad: float,
     tcp_speed_m_s: float = REDUCED_SPEED_M_S,
 ) -> MotionLimits:
-    """A robot's own limits, less a margin, at a share of its speed."""
+    """Return a robot's limits, with a margin at the joint limits and a share of its speed.
+
+    Args:
+        robot: whose joint, speed and acceleration limits to take.
+        box_lower, box_upper: corners of the box that the arm may not leave, world frame, metres.
+        speed_scale: share of the robot's joint speed limits.
+        margin_rad: distance to keep from the joint limits.
+        tcp_speed_m_s: greatest TCP speed; `speed_scale` does not apply to it.
+    """
     arm = robot.arm
     return MotionLimits(
         arm.lower + margin_rad,
@@ -67,7 +75,7 @@ def limits_of(
 
 
 def stretched(trajectory: Trajectory, factor: float) -> Trajectory:
-    """The same way in `factor` times the time. Raises ValueError for a factor below 1."""
+    """Return the trajectory slowed down by `factor`. Raises ValueError if it is below 1."""
     if not factor >= 1:
         raise ValueError(f"A trajectory is stretched, never sped up: {factor}.")
     return Trajectory(trajectory.times_s * factor, trajectory.qpos, trajectory.qvel / factor)
@@ -76,7 +84,13 @@ def stretched(trajectory: Trajectory, factor: float) -> Trajectory:
 def turning(
     qpos: Float[np.ndarray, "dof"], by_rad: float, joint: int = 0, duration_s: float = 1.0, samples: int = 51
 ) -> Trajectory:
-    """One joint turns from rest to rest."""
+    """Return a motion that turns one joint by `by_rad`, from rest to rest.
+
+    Args:
+        qpos: joint positions at the start, radians.
+        joint: index of the joint, from 0.
+        samples: number of samples of the trajectory.
+    """
     t = np.linspace(0, duration_s, samples)
     s = t / duration_s
     path, rates = np.tile(qpos, (samples, 1)), np.zeros((samples, len(qpos)))
@@ -86,7 +100,7 @@ def turning(
 
 
 def thinned(trajectory: Trajectory, most: int) -> Trajectory:
-    """The trajectory with so many samples at most, evenly chosen, the ends among them."""
+    """Return the trajectory with at most `most` samples, evenly chosen, including both ends."""
     count = len(trajectory.times_s)
     if count <= most:
         return trajectory
@@ -95,7 +109,7 @@ def thinned(trajectory: Trajectory, most: int) -> Trajectory:
 
 
 def stretch_for(trajectory: Trajectory, limits: MotionLimits, robot: RobotDescription) -> float:
-    """The factor, 1 or more, with which a trajectory keeps to the limits on speed and acceleration."""
+    """Return the least factor, at least 1, that slows a trajectory down to the speed and acceleration limits."""
     speed = (_fastest(trajectory) / limits.max_speed).max()
     tcp = _tcp_speed_m_s(trajectory, robot) / limits.tcp_speed_m_s
     # Stretched in time by a factor, accelerations fall with its square.
@@ -104,7 +118,7 @@ def stretch_for(trajectory: Trajectory, limits: MotionLimits, robot: RobotDescri
 
 
 def form_faults(trajectory: Trajectory, dof: int) -> list[str]:
-    """What makes it no trajectory at all; empty if it is one."""
+    """Return why the arrays are not a valid trajectory; empty if they are."""
     times, path, rates = trajectory.times_s, trajectory.qpos, trajectory.qvel
     if times.ndim != 1 or path.shape != (len(times), dof) or rates.shape != path.shape or len(times) < 2:
         return [f"it has no rows of {dof} joints and velocities, one per time"]
@@ -122,7 +136,12 @@ def motion_faults(
     limits: MotionLimits,
     robot: RobotDescription,
 ) -> list[str]:
-    """All that is wrong with a trajectory for an arm that is at `qpos`; empty if it may go."""
+    """Return all faults of a trajectory for an arm at `qpos`; empty if it may go.
+
+    Args:
+        qpos: joint positions of the arm now, radians.
+        start_tolerance_rad: how far the trajectory may start from `qpos`, in any joint.
+    """
     if faults := form_faults(trajectory, robot.arm.dof):
         return faults
     times, path, rates = trajectory.times_s, trajectory.qpos, trajectory.qvel
@@ -151,20 +170,20 @@ def motion_faults(
 
 
 def elbow_link(robot: RobotDescription) -> int:
-    """The first link beyond the upper arm: the one whose joint is more than a hand's breadth from the joint before."""
+    """Return the first link beyond the upper arm: its joint is more than 0.2 m from the joint before."""
     lengths = np.linalg.norm(robot.arm.Ts_parent_joint[1:, :3, 3], axis=1)
     far = np.flatnonzero(lengths > _UPPER_ARM_M)
     return int(far[0]) + 1 if len(far) else robot.arm.dof - 1
 
 
 def _fastest(trajectory: Trajectory) -> Float[np.ndarray, "dof"]:
-    """The highest speed of each joint, at its samples and between them."""
+    """Return the highest speed of each joint, at the samples and between them."""
     between = np.abs(np.diff(trajectory.qpos, axis=0)) / np.diff(trajectory.times_s)[:, None]
     return np.asarray(np.maximum(np.abs(trajectory.qvel).max(axis=0), between.max(axis=0) / _FASTER))
 
 
 def _hardest(trajectory: Trajectory) -> Float[np.ndarray, "dof"]:
-    """The highest acceleration of each joint, by its speeds."""
+    """Return the highest acceleration of each joint, from differences of its speeds."""
     steps = np.abs(np.diff(trajectory.qvel, axis=0)) / np.diff(trajectory.times_s)[:, None]
     return np.asarray(steps.max(axis=0) / _HARDER)
 
@@ -195,7 +214,13 @@ def _speed_faults(trajectory: Trajectory, limits: MotionLimits, robot: RobotDesc
 def outside_box(
     places: Float[np.ndarray, "n k 3"], times: Float[np.ndarray, "n"], limits: MotionLimits, what: str
 ) -> list[str]:
-    """That something leaves the workspace, where k of its points are at each of the times; else nothing."""
+    """Return a fault if something leaves the box of `limits`; else nothing.
+
+    Args:
+        places: positions of k of its points at n times, world frame, metres.
+        times: those times, seconds.
+        what: its name in the message.
+    """
     outside = np.argwhere(((places < limits.box_lower) | (places > limits.box_upper)).any(axis=2))
     if not len(outside):
         return []

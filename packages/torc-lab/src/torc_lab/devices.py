@@ -1,4 +1,4 @@
-"""A lab file's devices, connected: a robot of them, and all that is closed again."""
+"""Connect a lab file's devices, build a robot from them, and close them again."""
 
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
@@ -31,12 +31,15 @@ from torc_lab.supervisor import Confirm, SupervisedArm, SupervisorConfig
 
 _MEND_DRIVER = "Mend the driver; `torc_lab.testing.arm_conformance` checks it."
 _CARRYING_N = 60.0
-"""Contact that stops an arm that carries something: the weight of what it lifts is among it, about a kilogram."""
+"""Contact force that stops an arm that carries something; it includes the weight of its load, about a kilogram."""
 
 
 def connect_arm(lab: Lab) -> ArmDriver:
-    """The arm's driver; nothing moves. Raises LabError, also for a driver that lacks a method, for another arm than the
-    modelled one, and for one whose torso is turned; and InputError.
+    """Return the arm's driver, connected; nothing moves.
+
+    Raises:
+        LabError: it cannot be reached, its driver lacks a method, it is not the modelled arm, or its torso is turned.
+        InputError: a setting of the driver is invalid.
     """
     arm = lab.robot.arm
     context = BuildContext(dof=arm.dof, joint_names=tuple(arm.joint_names))
@@ -68,8 +71,9 @@ def connect_gripper(lab: Lab) -> GripperDriver:
 
 
 def _check_whole(what: str, name: str, device: object, protocol: type) -> None:
-    """Raises LabError naming what a driver lacks. Nothing of it is called then, not even to end its connection: its
-    `close` may close the fingers.
+    """Raise LabError naming the methods that a driver lacks.
+
+    It is then not even asked to end its connection: its `close` may close the fingers.
     """
     if missing := missing_methods(device, protocol):
         raise LabError(
@@ -78,19 +82,19 @@ def _check_whole(what: str, name: str, device: object, protocol: type) -> None:
 
 
 def limits(lab: Lab) -> MotionLimits:
-    """Within what the arm may move. Motions are planned with the whole margin, and checked with half of it."""
+    """Return the limits of the arm's motion. Motions are planned with the whole margin, and checked with half of it."""
     s = lab.safety
     return limits_of(lab.robot, s.box_lower, s.box_upper, s.speed, 0.5 * s.margin_rad, s.tcp_speed_m_s)
 
 
 def planned_for(lab: Lab) -> RobotDescription:
-    """The robot as motions are planned for it: it keeps the margin from its joint limits."""
+    """Return the robot for motion planning, with joint limits reduced by the margin."""
     arm, margin = lab.robot.arm, lab.safety.margin_rad
     return replace(lab.robot, arm=replace(arm, lower=arm.lower + margin, upper=arm.upper - margin))
 
 
 def execution(lab: Lab, driver: ArmDriver) -> ExecutionConfig:
-    """How picks are carried out: where contact is felt, every motion is guarded; else none is."""
+    """Return how picks are executed: every motion is guarded if the driver feels contact, else none is."""
     config = ExecutionConfig(grip_force_n=lab.safety.grip_force_n, bend_rad=SupervisorConfig().bend_rad)
     if not driver.feels_contact:
         return replace(config, free_guard=None, approach_guard=None)
@@ -99,8 +103,10 @@ def execution(lab: Lab, driver: ArmDriver) -> ExecutionConfig:
 
 @contextmanager
 def opened_lab(lab: Lab, confirm: Confirm) -> Iterator[LabRobot]:
-    """The robot of a lab file, everything connected; nothing has moved. At the end the arm is stopped, if it moves, and
-    all connections are closed; the gripper keeps its grip. Raises LabError, InputError, MissingDependencyError.
+    """Connect everything in a lab file and yield its robot; nothing has moved.
+
+    At the end a moving arm is stopped and all connections are closed; the gripper keeps its grip. Raises LabError,
+    InputError, MissingDependencyError.
     """
     with ExitStack() as stack:
         driver = connect_arm(lab)
@@ -128,30 +134,30 @@ def opened_lab(lab: Lab, confirm: Confirm) -> Iterator[LabRobot]:
 
 
 def is_ready(gripper: GripperDriver) -> bool:
-    """Whether a gripper may be moved; one that needs no activation always may. Raises LabError."""
+    """Return whether a gripper may be moved; one that needs no activation always may. Raises LabError."""
     return bool(missing_methods(gripper, NeedsActivation)) or cast(NeedsActivation, gripper).ready
 
 
 def close_arm(driver: ArmDriver) -> None:
-    """Ends the connection to an arm."""
+    """End the connection to an arm."""
     with suppress(Exception):  # a stranger's driver may fail in any way, and nothing depends on it any more
         driver.close()
 
 
 def close_gripper(gripper: GripperDriver) -> None:
-    """Ends the connection to a gripper; its `close` would close the fingers."""
+    """End the connection to a gripper; its `close` would close the fingers."""
     with suppress(Exception):
         gripper.disconnect()
 
 
 def close_camera(camera: Any) -> None:
-    """Ends the connection to a camera, if it has one."""
+    """End the connection to a camera, if it has one."""
     with suppress(Exception):
         CAMERAS.traits(camera).close()
 
 
 def stop_and_close(driver: ArmDriver) -> None:
-    """Stops an arm that still moves, and ends the connection."""
+    """Stop an arm that still moves, and end the connection."""
     with suppress(Exception):
         if driver.status().moving:
             driver.stop()
@@ -159,5 +165,5 @@ def stop_and_close(driver: ArmDriver) -> None:
 
 
 def is_at_rest_pose(lab: Lab, qpos: np.ndarray, within_rad: float = 0.1) -> bool:
-    """Whether the arm is where it does not hide the table from the camera, by the robot description."""
+    """Return whether the arm is at the description's rest pose, where it does not hide the table from the camera."""
     return bool(np.abs(qpos - lab.robot.arm.rest_qpos).max() <= within_rad)

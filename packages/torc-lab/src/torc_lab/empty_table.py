@@ -1,4 +1,4 @@
-"""Motions above an empty table: around its fixed boxes and the robot itself, when no picture says what lies there."""
+"""Plan motions above an empty table, around its fixed boxes and the robot itself, without a picture of the scene."""
 
 from dataclasses import replace
 
@@ -17,7 +17,7 @@ from torc.workspace.description import Workspace
 from torc_lab.checks import MotionLimits
 
 LIMIT_RAD = 0.05
-"""Kept from the joint limits beyond the margin of the lab file."""
+"""Distance from the joint limits, in addition to the margin of the lab file."""
 _PADDING_M = 0.03
 
 
@@ -27,10 +27,11 @@ def empty_space(
     limits: MotionLimits,
     held: Float[np.ndarray, "a 4"] | None = None,
 ) -> FreeSpace:
-    """Where the arm may be: clear of table, bin, obstacles and itself, with 3 cm of room.
+    """Return where the arm may be: clear of table, bin, obstacles and itself, with 3 cm of room.
 
     Args:
-        held: spheres (x, y, z, radius) of what is in the hand, in the flange's frame.
+        limits: joint limits to keep, with 0.05 rad more.
+        held: spheres (x, y, z, radius) of the object in the hand, in the flange's frame, metres.
     """
     bounds = limits.lower + LIMIT_RAD, limits.upper - LIMIT_RAD
     width_m = 0.5 * robot.gripper.max_width_m
@@ -49,8 +50,9 @@ def empty_space(
 
 
 def trusting(space: FreeSpace, qpos: Float[np.ndarray, "dof"]) -> FreeSpace:
-    """Let what is held come near those links that it seems to touch at `qpos`. A person brought the arm there, so that
-    it does not touch them: spheres are too coarse to tell.
+    """Return the space without checks of the held object against those links that it seems to touch at `qpos`.
+
+    A person brought the arm there, so it does not really touch them: the spheres are just too coarse.
     """
     pairs = space.robot.self_pairs
     index, of_held = np.arange(len(pairs)), pairs[:, 1] == len(space.robot.link_start) - 2
@@ -71,8 +73,14 @@ def motion_above(
     goals: Float[np.ndarray, "n dof"],
     rng: np.random.Generator,
 ) -> Trajectory | None:
-    """A motion to one of the goals that touches nothing; None if none is found. It may begin closer to something than
-    motions come: a person brought the arm there.
+    """Return a motion to one of the goals that touches nothing; None if none is found.
+
+    The start `qpos` may be closer to things than motions otherwise come, because a person brought the arm there.
+
+    Args:
+        space: where the arm may be.
+        qpos: joint positions at the start, radians.
+        goals: joint positions of n goals, radians.
     """
     config = MotionConfig()
     out = way_out(space, qpos, rng)

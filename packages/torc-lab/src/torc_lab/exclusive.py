@@ -1,4 +1,4 @@
-"""One torc at a time moves a controller: a second client would throw the first one out in mid-motion."""
+"""Let one torc at a time move a controller: a second client would throw the first one out in mid-motion."""
 
 import os
 import re
@@ -12,8 +12,9 @@ from torc_lab.protocols import LabError
 
 
 class ControllerLock:
-    """A lock on a controller, by its address, among the processes of this machine. The system frees it when its holder
-    ends, however that happens. Does nothing on systems without flock.
+    """A lock on a controller, by its address, among the processes of this machine.
+
+    The system frees it when its holder ends, in whatever way. It does nothing on systems without flock.
     """
 
     def __init__(self, address: str) -> None:
@@ -49,7 +50,7 @@ class ControllerLock:
 
 
 def _opened(path: Path) -> IO[str] | None:
-    """The lock's file; None where there can be none, e.g. no room for temporary files."""
+    """Return the lock's file; None if it cannot be opened, e.g. without room for temporary files."""
     for mode in ("a+", "r"):
         with suppress(OSError):
             return open(path, mode, encoding="ascii", errors="replace")  # for its lock

@@ -1,4 +1,4 @@
-"""Whether the arm behind a driver is the one that the robot description models, and stands as it is modelled."""
+"""Check that the arm behind a driver is the one that the robot description models, with fixed joints in place."""
 
 import re
 import time
@@ -12,18 +12,18 @@ from torc_lab.protocols import ArmDriver, LabError, SeesOtherJoints
 
 _HEARD_S = 0.5
 _HELD_WITHIN_RAD = 0.01
-"""A held joint may be off by so much: a centimetre at arm's length."""
+"""Greatest error of a held joint: a centimetre at arm's length."""
 
 
 @dataclass(frozen=True)
 class Hardware:
-    """What is known of an arm beyond its model.
+    """What torc knows about an arm beyond its model.
 
     Attributes:
         group: its number on a Motoman controller.
-        held: joints that the model keeps where they are, radians, by name in ROS or as "group N" on a Motoman
+        held: positions of joints that the model assumes fixed, radians, by name in ROS or as "group N" on a Motoman
             controller.
-        others: what the action of another arm of the same robot has in its name, and which arm that is.
+        others: parts of ROS action names that belong to other arms of the same robot, and which arm that is.
     """
 
     group: int | None = None
@@ -36,12 +36,12 @@ _SDA10F = Hardware(1, {"torso_joint_b1": 0.0, "group 2": 0.0}, {"sda10f_r1_contr
 
 
 def hardware_of(arm: ArmDescription) -> Hardware:
-    """What is known of a modelled arm; empty for most."""
+    """Return what torc knows about a modelled arm; empty for most."""
     return _SDA10F if arm.joint_names[0] == "arm_right_joint_1_s" else Hardware()
 
 
 def check_settings(arm: ArmDescription, settings: Mapping[str, Any], where: str) -> None:
-    """Raises InputError if the settings of a driver name another arm than the modelled one."""
+    """Raise InputError if a driver's settings name a different arm than the modelled one."""
     known = hardware_of(arm)
     group = settings.get("group")
     if known.group is not None and group is not None and group != known.group:
@@ -57,8 +57,8 @@ def check_settings(arm: ArmDescription, settings: Mapping[str, Any], where: str)
 
 
 def check_names(modelled: Sequence[str], named: Sequence[str], where: str) -> None:
-    """Raises InputError if joint names do not fit those of the model, one by one: other sides, other numbers, another
-    order. A prefix may differ.
+    """Raise InputError if joint names do not match the model's one by one, in side, number and order. A prefix may
+    differ.
     """
     if len(named) != len(modelled):
         raise InputError(
@@ -70,13 +70,13 @@ def check_names(modelled: Sequence[str], named: Sequence[str], where: str) -> No
 
 
 def check_standing(arm: ArmDescription, driver: ArmDriver, held: Mapping[str, float]) -> list[str]:
-    """Joints that must be held and that the driver does not report within half a second. Raises LabError if one is
-    elsewhere than the model has it.
+    """Return held joints that the driver does not report within half a second. Raises LabError if one is not where
+    the model has it.
 
     Args:
         arm: the modelled arm.
         driver: connected to it.
-        held: held joints of the lab file, beside those that are known of the arm.
+        held: held joints of the lab file, radians, in addition to those that torc knows of the arm.
     """
     known = hardware_of(arm).held
     # A known joint has a name in each protocol: one of them is enough. What the user named must be there.

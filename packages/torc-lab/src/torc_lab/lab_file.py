@@ -1,4 +1,4 @@
-"""The lab file (`torc-lab/1`): which robot, camera and drivers there are, where they are, and how they may move."""
+"""Read the lab file (`torc-lab/1`): robot, camera and drivers, how to reach them, and how the arm may move."""
 
 from collections.abc import Mapping
 from contextlib import suppress
@@ -27,11 +27,11 @@ from torc_lab.identity import check_settings
 _MAX_BYTES = 100_000
 _REMEDY = "`torc lab example NAME` prints one to begin with."
 _AROUND_M = 0.3
-"""Room around table, bin and rest pose within which the arm may move if the file says nothing."""
+"""Default room around table, bin and rest pose within which the arm may move."""
 _BELOW_M, _ABOVE_M = 0.01, 1.3
-"""Below table and bin; above the table: free motions swing high."""
+"""Default room below table and bin, and above the table, as free motions swing high."""
 _PATHS = {"pose", "path"}
-"""Settings of devices that may be files or directories beside the lab file."""
+"""Device settings that may name files or directories relative to the lab file."""
 Vec = tuple[Number, Number, Number]
 
 
@@ -45,15 +45,15 @@ class Device:
 
 @dataclass(frozen=True)
 class Safety:
-    """Within what the arm may move.
+    """Limits on how the arm and the gripper may move.
 
     Attributes:
         speed: share of the robot's speed limits.
-        tcp_speed_m_s: the fingertips move no faster, whatever the share.
-        margin_rad: kept from the joint limits.
-        box_lower, box_upper: where flange, TCP, the arm from its elbow on, and what is in the hand may be, world frame,
-            metres.
-        grip_force_n: with which the gripper closes.
+        tcp_speed_m_s: highest speed of the fingertips, whatever the share.
+        margin_rad: distance to keep from the joint limits.
+        box_lower, box_upper: corners of the box for flange, TCP, the arm from its elbow on, and a held object, world
+            frame, metres.
+        grip_force_n: force with which the gripper closes.
     """
 
     speed: float
@@ -66,12 +66,12 @@ class Safety:
 
 @dataclass(frozen=True)
 class Lab:
-    """A laboratory, nothing connected yet.
+    """A laboratory as its file describes it, with nothing connected yet.
 
     Attributes:
-        conditions: the stages around the task planner, the camera with its settings among them.
-        held_joints: joints that the robot description keeps where they are, radians, by name in ROS, or as "group N" on
-            a Motoman controller; beside those that torc knows of the shipped robots.
+        conditions: the stages around the task planner, including the camera with its settings.
+        held_joints: positions of joints that the robot description assumes fixed, radians, by name in ROS or as
+            "group N" on a Motoman controller; in addition to those that torc knows of the shipped robots.
     """
 
     name: str
@@ -136,7 +136,7 @@ class _LabFile(_Strict):
 
 
 def load_lab(path: Path) -> Lab:
-    """The laboratory of a file; other files that it names may be beside it. Raises InputError."""
+    """Load a lab file; files that it names may be relative to it. Raises InputError if anything is not valid."""
     try:
         text = read_text(path)
     except (OSError, UnicodeDecodeError) as error:
@@ -197,7 +197,7 @@ def _safety(entry: _SafetyEntry, robot: RobotDescription, workspace: Workspace) 
 def usual_box(
     robot: RobotDescription, workspace: Workspace
 ) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
-    """Room for table, bin and the arm at rest, down to the lower of their surfaces."""
+    """Return the default box's corners (world frame, metres), around table, bin, obstacles and the arm at rest."""
     corners = [
         np.array(b.center) + s * np.array(b.size) / 2 for b in workspace.static_boxes() for s in (-1, 1)
     ]
@@ -210,8 +210,14 @@ def usual_box(
 
 
 def driver_config(kind: Kind[Any], device: Device, where: str) -> dict[str, Any]:
-    """The arguments of a driver by its settings: as `config`, if it takes a dataclass of that name. Raises InputError
-    for a driver that there is not, and for settings that it has not, or that cannot be.
+    """Return the arguments to construct a driver with: one `config` if it takes such a dataclass, else its settings.
+
+    Args:
+        kind: arm or gripper drivers.
+        where: names the place in the lab file, for messages.
+
+    Raises:
+        InputError: the driver or a setting is unknown, or a value is not valid.
     """
     made_with = config_class(load_part(kind, device.driver))
     if made_with is None:
@@ -227,7 +233,7 @@ def driver_config(kind: Kind[Any], device: Device, where: str) -> dict[str, Any]
 
 
 def example_labs() -> dict[str, str]:
-    """The lab files that come with torc, by name: to begin with, addresses to be changed."""
+    """Return the example lab files by name; users copy one and change the addresses."""
     folder = files("torc_lab") / "data"
     return {
         p.name.removesuffix(".yaml"): p.read_text(encoding="utf-8")
@@ -237,5 +243,5 @@ def example_labs() -> dict[str, str]:
 
 
 def _beside(here: Path, name: str) -> str:
-    """A file beside the lab file, if there is one of that name; else the name."""
+    """Return the path of the file of that name beside the lab file; the name if there is none."""
     return str(here / name) if (here / name).is_file() else name

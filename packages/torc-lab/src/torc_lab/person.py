@@ -1,4 +1,4 @@
-"""The person beside the robot: what he is asked, and how often."""
+"""Talk to the person beside the robot: questions, messages, and how often to ask."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,14 +15,14 @@ from torc_lab.protocols import LabError
 
 Confirming = Literal["motion", "pick", "never"]
 Ask = Callable[[str], bool]
-"""Asks a question that is answered with yes or no."""
+"""Asks a yes-or-no question."""
 AskText = Callable[[str], str]
-"""Asks a question that is answered with a line of text."""
+"""Asks a question and returns a line of text."""
 
 
 class Confirmation:
     """The `Confirm` of torc_lab.supervisor: asks before each motion, before the first of each pick, or never. It
-    listens to the episode, which tells when a pick begins.
+    listens to the episode's events to know when a pick begins.
     """
 
     def __init__(self, how: Confirming, ask: Ask) -> None:
@@ -30,7 +30,7 @@ class Confirmation:
         self._confirmed = False
 
     def __call__(self, what: str, trajectory: Trajectory) -> bool:
-        """Whether to go."""
+        """Return whether the motion may go."""
         if self.how == "never" or (self.how == "pick" and self._confirmed):
             return True
         turn = abs(trajectory.qpos[-1] - trajectory.qpos[0]).max()
@@ -38,13 +38,13 @@ class Confirmation:
         return self._confirmed
 
     def listen(self, event: Event) -> None:
-        """Another pick begins with its plan."""
+        """Note that a new pick begins, which is when it has been planned."""
         if isinstance(event, Planned):
             self._confirmed = False
 
 
 def ask_in_terminal(question: str) -> bool:
-    """Asks until the answer is yes or no; no answer, at the end of the input, is a no."""
+    """Ask until the answer is yes or no; the end of the input counts as no."""
     while True:
         try:
             answer = input(f"{question} [y/n] ").strip().lower()
@@ -57,7 +57,7 @@ def ask_in_terminal(question: str) -> bool:
 
 
 def ask_text_in_terminal(question: str) -> str:
-    """Asks for a line. Raises LabError at the end of the input: there is nobody to answer."""
+    """Ask for a line of text. Raises LabError at the end of the input, when nobody can answer."""
     try:
         return input(f"{question} ").strip()
     except (EOFError, OSError):
@@ -65,18 +65,18 @@ def ask_text_in_terminal(question: str) -> str:
 
 
 def say_in_terminal(text: str) -> None:
-    """Prints text; names of strangers' files in it cannot move the cursor."""
+    """Print text, with control characters escaped."""
     print(printable(text), flush=True)
 
 
 @dataclass(frozen=True)
 class Person:
-    """Who lays scenes out, stands by, and tells what sensors cannot.
+    """How to reach the person who lays scenes out, stands by, and reports what sensors cannot see.
 
     Attributes:
-        ask: yes or no.
-        ask_text: a line of text.
-        say: tells something.
+        ask: asks a yes-or-no question.
+        ask_text: asks for a line of text.
+        say: shows a message.
     """
 
     ask: Ask = ask_in_terminal
@@ -85,9 +85,9 @@ class Person:
 
 
 def await_rest_pose(lab: Lab, qpos: Callable[[], np.ndarray], ask: Ask) -> None:
-    """Waits until the arm is where it does not hide the table; moves nothing.
+    """Wait until the arm is at its rest pose, where it does not hide the table; move nothing.
 
-    Raises LabError if nobody brings it there.
+    Raises LabError if the person does not bring it there.
     """
     while not is_at_rest_pose(lab, now := qpos()):
         here, rest = (", ".join(f"{v:.2f}" for v in q) for q in (now, lab.robot.arm.rest_qpos))

@@ -1,4 +1,4 @@
-"""Planning for a real arm: plans that keep to its limits, carefully where it feels no contact, and where they lead."""
+"""Plan for a real arm: keep to its limits, be careful if it feels no contact, and show where plans lead."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -19,7 +19,7 @@ from torc_lab.checks import MotionLimits, motion_faults, outside_box, stretch_fo
 _STAGES = (PlanStage.FREE, PlanStage.APPROACH, PlanStage.LIFT, PlanStage.TRANSFER, PlanStage.TRANSFER)
 MOTIONS = ("free", "approach", "lift", "transfer", "home")
 _POINTS = 40
-"""Of the way of a motion: enough for a curve on a screen."""
+"""Points of a motion's path: enough for a curve on a screen."""
 _APPROACH = "motion.cartesian.approach_speed_m_s"
 _MARGINS = tuple(f"grasps.checks.{name}_margin_m" for name in ("finger", "palm", "table", "tip"))
 WITHOUT_GUARD: Mapping[str, float] = {_APPROACH: 0.05, **dict.fromkeys(_MARGINS, 0.008)}
@@ -32,14 +32,14 @@ Ways = Mapping[str, tuple[tuple[float, float, float], ...]]
 
 @dataclass(frozen=True)
 class LimitedMotionPlanner:
-    """Another planner's plans, less those that the supervisor would refuse halfway through a pick."""
+    """Wraps a planner, and rejects plans that the supervisor would refuse halfway through a pick."""
 
     inner: MotionPlanner
     robot: RobotDescription
     limits: MotionLimits
 
     def plan_pick(self, request: PickRequest, rng: np.random.Generator) -> PickPlan | PlanFailure:
-        """As the other's; a plan that leaves the limits is none."""
+        """Return the inner planner's plan, or a PlanFailure if the plan leaves the limits."""
         plan = self.inner.plan_pick(request, rng)
         if isinstance(plan, PlanFailure):
             return plan
@@ -48,7 +48,7 @@ class LimitedMotionPlanner:
         return plan
 
     def _faults(self, request: PickRequest, plan: PickPlan) -> Iterator[tuple[PlanStage, str]]:
-        """Where the arm leaves its limits, or the object in the hand the workspace, by its visible points."""
+        """Yield where the arm leaves its limits, or the held object's visible points leave the workspace."""
         for stage, motion in zip(_STAGES, plan.motions, strict=True):
             slow = stretched(motion, stretch_for(motion, self.limits, self.robot))
             for fault in motion_faults(slow, motion.qpos[0], 0.0, self.limits, self.robot):
@@ -63,12 +63,12 @@ class LimitedMotionPlanner:
                 yield PlanStage.TRANSFER, fault
 
     def warm_up(self, request: PickRequest) -> None:
-        """The other's."""
+        """Warm up the inner planner."""
         MOTION_PLANNERS.traits(self.inner).warm_up(request)
 
 
 def guarded(system: System, execution: ExecutionConfig) -> tuple[System, str]:
-    """Return the system for how its robot feels contact, and a text that says so.
+    """Return the system, made careful if its robot feels no contact, and a text for the user about that.
 
     Without a guard it is built again with the settings `WITHOUT_GUARD`, except for those that the conditions set and
     those that its planners do not have.
@@ -91,14 +91,14 @@ def guarded(system: System, execution: ExecutionConfig) -> tuple[System, str]:
 
 
 def tcp_ways(robot: RobotDescription, plan: PickPlan) -> Ways:
-    """The places of the TCP along each motion, world frame, whole millimetres, in metres."""
+    """Return the TCP's positions along each motion, world frame, metres, rounded to millimetres."""
     return {name: _places(robot, getattr(plan, name)) for name in MOTIONS}
 
 
 def ways_text(
     ways: Ways, plan: PickPlan, robot: RobotDescription, limits: MotionLimits, support_z_m: float
 ) -> str:
-    """Each motion in words: how far the TCP goes, in what time at the laboratory's speed, and how low it comes."""
+    """Return each motion in words: the TCP's path length, the time at the lab's speed, and the lowest height."""
     told = []
     for name, places in ways.items():
         motion, at = getattr(plan, name), np.array(places)

@@ -1,4 +1,7 @@
-"""What a driver of a real arm must do. It moves nothing on its own, and judges nothing: `torc_lab.supervisor` does."""
+"""The protocols of drivers of real arms and grippers.
+
+A driver moves nothing on its own and judges nothing: `torc_lab.supervisor` does.
+"""
 
 import inspect
 import time
@@ -21,8 +24,10 @@ _LOOKS, _APART_S = 40, 0.01
 
 
 class LabError(TorcError):
-    """A device of the laboratory cannot be reached, is silent, or refuses. Whatever was going on has no result: a trial
-    is errored, no pick failed."""
+    """A device of the laboratory cannot be reached, does not answer, or refuses.
+
+    A trial is then errored and has no result; it is not a failed pick.
+    """
 
 
 class MotionRefusedError(LabError, PickHaltedError):
@@ -30,21 +35,23 @@ class MotionRefusedError(LabError, PickHaltedError):
 
 
 class RobotStoppedError(LabError, PickHaltedError):
-    """A motion was stopped halfway, by the robot, the supervisor or a person. The arm rests; somebody has to look, and
-    to say `resume`."""
+    """The robot, the supervisor or a person stopped a motion halfway.
+
+    The arm rests; a person must look, and confirm with `resume`.
+    """
 
 
 @dataclass(frozen=True)
 class ArmStatus:
-    """What the controller said last.
+    """The controller's latest state.
 
     Attributes:
-        stamp_s: when that came in, by `time.monotonic`.
+        stamp_s: when it arrived, by `time.monotonic`.
         qpos: joint positions, radians, in the order of the robot description.
-        moving: the controller says that the arm moves.
+        moving: the controller reports that the arm moves.
         stopped: why the controller lets nothing move: e-stop, protective stop, mode, drives off, error; "" if it does.
         contact_n: force on arm and gripper beyond that at the start of the motion, newtons; infinite for a driver that
-            feels contacts, but not how strong they are; 0 for one that feels none.
+            feels contacts but not their force; 0 for one that feels none.
     """
 
     stamp_s: float
@@ -56,41 +63,45 @@ class ArmStatus:
 
 @runtime_checkable
 class ArmDriver(Protocol):
-    """A connection to one arm. To connect opens nothing on which a motion could start: the first `start`, or `enable`,
-    does. No method waits for a motion. All raise LabError once the connection is lost; it is not made again, so that
-    nothing is sent after a reconnection.
+    """A connection to one arm.
+
+    Connecting opens nothing on which a motion could start; the first `start` or `enable` does. No method waits for a
+    motion. All raise LabError once the connection is lost; it is not made again, so that nothing is sent after a
+    reconnection.
     """
 
     @property
     def name(self) -> str:
-        """For messages, e.g. "UR5e at 192.168.1.10"."""
+        """Name for messages, e.g. "UR5e at 192.168.1.10"."""
 
     @property
     def feels_contact(self) -> bool:
-        """Whether `ArmStatus.contact_n` means anything."""
+        """Whether `ArmStatus.contact_n` is measured."""
 
     @property
     def start_tolerance_rad(self) -> float:
-        """A trajectory must start this close to where the arm is, in every joint, or the controller refuses it."""
+        """Largest distance of a trajectory's start from the arm, per joint, that the controller accepts."""
 
     def status(self) -> ArmStatus:
-        """The latest status that came in; never waits."""
+        """Return the latest status that arrived; never wait."""
 
     def start(self, trajectory: Trajectory) -> None:
-        """Hands a whole trajectory to the controller and returns. Raises LabError if it was refused."""
+        """Hand a whole trajectory to the controller and return. Raises LabError if it was refused."""
 
     def ended(self) -> str | None:
-        """None while the controller carries out the latest trajectory; "" once it says that it is done; else why it
-        ended early. What it says is checked against where the arm is.
+        """Return None during the latest trajectory, "" once the controller reports its end, else why it ended early.
+
+        The caller checks this against the arm's position.
         """
 
     def stop(self) -> None:
-        """Makes the arm stop as fast as it safely can; may be called at any time, also twice, and from a handler of a
-        signal. Returns at once.
+        """Stop the arm as fast as it safely can, and return at once.
+
+        May be called at any time, also twice, and from a signal handler.
         """
 
     def close(self) -> None:
-        """Ends the connection."""
+        """End the connection."""
 
 
 @runtime_checkable
@@ -98,25 +109,23 @@ class PowersServos(Protocol):
     """An arm driver that can switch the servos on."""
 
     def enable(self) -> None:
-        """Powers the servos and lets motions in. **The brakes open.** Raises LabError with the controller's reason."""
+        """Power the servos and let motions in. **The brakes open.** Raises LabError with the controller's reason."""
 
 
 @runtime_checkable
 class SeesOtherJoints(Protocol):
-    """An arm driver whose controller reports joints that are not the arm's, such as a torso's."""
+    """An arm driver whose controller also reports joints outside the arm, such as a torso's."""
 
     def other_joints(self) -> Mapping[str, float]:
-        """Their positions, radians, by name; "group N" on a Motoman controller. Never waits. Raises LabError."""
+        """Return their positions, radians, by name; "group N" on a Motoman controller. Never waits. Raises LabError."""
 
 
 @runtime_checkable
 class GripperDriver(Gripper, Protocol):
-    """A connection to one gripper: a `Gripper` whose `close` closes the fingers, and whose connection `disconnect`
-    ends.
-    """
+    """A connection to one gripper: a `Gripper` whose `close` closes the fingers; `disconnect` ends the connection."""
 
     def disconnect(self) -> None:
-        """Ends the connection; the fingers keep their grip."""
+        """End the connection; the fingers keep their grip."""
 
 
 @runtime_checkable
@@ -125,14 +134,14 @@ class NeedsActivation(Protocol):
 
     @property
     def ready(self) -> bool:
-        """Whether it was activated since it got power."""
+        """Whether it has been activated since power-up."""
 
     def activate(self) -> None:
-        """Activates it: **the fingers move all the way**. Raises LabError if it does not get ready."""
+        """Activate it: **the fingers move all the way**. Raises LabError if it does not become ready."""
 
 
 def missing_methods(device: object, protocol: type) -> list[str]:
-    """Members of a protocol that a device lacks, found without calling any of its code."""
+    """Return the members of a protocol that a device lacks, without calling any of its code."""
     members = [name for part in protocol.__mro__ for name in vars(part) if not name.startswith("_")]
     return [name for name in members if inspect.getattr_static(device, name, _ABSENT) is _ABSENT]
 
@@ -141,8 +150,9 @@ _ABSENT = object()
 
 
 def state_faults(driver: ArmDriver) -> list[str]:
-    """Rules that a driver with all methods breaks by what it says of its state while nothing moves. `torc lab check`
-    looks first whether it does.
+    """Return the rules that a driver's reported state breaks while nothing moves; it must have all methods.
+
+    `torc lab check` first checks that it has.
     """
     found = []
     if not driver.name or not driver.start_tolerance_rad > 0:

@@ -1,4 +1,4 @@
-"""One trial on a real robot: the same loop, log and pictures as in simulation, with a person beside it."""
+"""Play one trial on a real robot, with the loop, log and pictures of a simulated one, and a person beside it."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -37,11 +37,11 @@ class Operation:
     """How a person takes part.
 
     Attributes:
-        confirm: before which motions `ask` is asked.
-        ask: asks yes or no.
-        dry_run: look, decide and plan once; nothing moves.
-        overwrite: a directory of results that exists is replaced.
-        snapshots: each one is also saved as a record.
+        confirm: which motions need a confirmation.
+        ask: asks the person a yes-or-no question.
+        dry_run: only look, decide and plan once; nothing moves.
+        overwrite: replace an existing results directory.
+        snapshots: also save each snapshot as a record.
     """
 
     confirm: Confirming = "motion"
@@ -52,7 +52,7 @@ class Operation:
 
 
 def lab_spec(lab: Lab, planner: PlannerSpec, seed: int = 0) -> TrialSpec:
-    """The spec of a trial in a laboratory, whose name stands for the problem's."""
+    """Return the spec of a trial in a laboratory; the lab's name replaces the problem's."""
     return TrialSpec(f"lab-{lab.name}", planner, seed, lab.conditions)
 
 
@@ -67,12 +67,21 @@ def retrieve(
     vlm_cache: CacheConfig | None = None,
     say: Callable[[str], None] = print,
 ) -> Trial:
-    """Plays one trial on the robot of a lab file, and writes its directory.
+    """Play one trial on the robot of a lab file, and write its directory.
 
-    A device that is lost makes the trial "errored", never a failed pick. A robot that was stopped halts the pick, which
-    then has no result; if a person resumes, the episode goes on, and the trial is told, but not scored
-    ("interrupted"). Ctrl-C stops the arm, waits until it rests, and ends the trial. Raises InputError and LabError,
-    before anything moves, if something cannot be used or reached.
+    A lost device makes the trial "errored", never a failed pick. If the robot is stopped, the pick has no result. If a
+    person then resumes, the episode goes on, and the trial is recorded, but not scored ("interrupted"). Ctrl-C stops
+    the arm, waits until it rests, and ends the trial.
+
+    Args:
+        wanted: the target.
+        out: directory for the results.
+        listeners: receive the episode's events, in addition to the recorder.
+        vlm_cache: how to cache a model's answers; None for no cache.
+        say: shows a message to the person.
+
+    Raises:
+        InputError, LabError: something cannot be used or reached; nothing has moved then.
     """
     refuse_simulated(spec.planner.name)
     if lab.conditions.camera == "recorded" and not operation.dry_run:
@@ -127,7 +136,7 @@ def retrieve(
 
 
 def _tell(lab: Lab, event: Event, listeners: Sequence[Listener], say: Callable[[str], None]) -> None:
-    """Tells what happens. Whoever is asked before planned motions sees where they lead."""
+    """Pass an event to the listeners. For a plan, also show where its motions lead, so that the person can confirm."""
     ways = ""
     if isinstance(event, Planned) and isinstance(plan := event.plan, PickPlan):
         event = replace(event, ways=tcp_ways(lab.robot, plan))
@@ -139,7 +148,7 @@ def _tell(lab: Lab, event: Event, listeners: Sequence[Listener], say: Callable[[
 
 
 def _dry(lab: Lab, episode: Episode, planner: TaskPlanner, begun: Started) -> dict[str, Any]:
-    """Look, decide and plan once; nothing moves."""
+    """Look, decide and plan once, without moving; return the result's entries."""
     episode.steps.tell(begun)
     plan: PickPlan | PlanFailure | PickOutcome | None = None
     if (look := episode.look()) is not None:
@@ -159,7 +168,7 @@ def _dry(lab: Lab, episode: Episode, planner: TaskPlanner, begun: Started) -> di
 
 
 def _resume(lab: Lab, robot: LabRobot, ask: Ask, error: Exception) -> None:
-    """Lets a person look after a robot that was stopped. Raises the error if he does not want to go on."""
+    """Let a person look after a stopped robot. Raises the error if the person does not want to continue."""
     arm = robot.arm
     assert isinstance(arm, SupervisedArm)
     while True:

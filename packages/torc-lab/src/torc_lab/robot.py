@@ -1,4 +1,4 @@
-"""The `Robot` of torc.robots.protocols on real devices."""
+"""Implement the `Robot` of torc.robots.protocols on real devices."""
 
 from dataclasses import replace
 
@@ -11,8 +11,8 @@ from torc_lab.protocols import LabError
 
 
 class LabRobot:
-    """A camera, an arm and a gripper. What came of a pick is what the gripper felt, and what the camera saw in the
-    hand: nobody tells the truth here.
+    """A camera, an arm and a gripper. The outcome of a pick is what the gripper felt and what the camera saw in the
+    hand: the truth is not known here.
     """
 
     def __init__(
@@ -29,8 +29,8 @@ class LabRobot:
         self._last_stamp_s = 0.0
 
     def capture(self) -> Capture:
-        """One snapshot, with the joints as they are. Raises LabError, also for a picture that came before, and
-        CameraError.
+        """Return one snapshot, with the joint positions now. Raises CameraError, and LabError, also if the camera
+        repeats a picture.
         """
         capture = as_capture(self.camera.capture())
         seen = capture.observation
@@ -40,7 +40,7 @@ class LabRobot:
         return replace(capture, observation=replace(seen, qpos=self.arm.qpos))
 
     def execute(self, plan: PickPlan, is_target: HeldCheck | None = None) -> PickOutcome:
-        """Carries out one pick. Raises LabError: then the pick has no result."""
+        """Carry out one pick. If it raises LabError, the pick has no result."""
         ask = (
             None
             if is_target is None

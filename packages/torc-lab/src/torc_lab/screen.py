@@ -1,4 +1,4 @@
-"""A page that shows pictures as they come: what a camera sees, or how a scene lies."""
+"""Serve a page with live pictures: what a camera sees, or how a scene is laid out."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -21,9 +21,9 @@ _IDLE_S, _AFTER_TROUBLE_S = 0.1, 1.0
 
 @contextmanager
 def picture_page(options: PageOptions, task: str = "") -> Iterator["FrameBoard"]:
-    """The board of a page that is served during the block; `task` says what the page is for.
+    """Serve a page during the block and yield its board; `task` says what the page is for.
 
-    Raises MissingDependencyError, InputError.
+    Raises MissingDependencyError or InputError.
     """
     check_web_libraries()
     from torc.web.app import make_camera_app
@@ -35,7 +35,7 @@ def picture_page(options: PageOptions, task: str = "") -> Iterator["FrameBoard"]
 
 
 def show_next(board: "FrameBoard", look: Callable[[], LiveView]) -> None:
-    """One more picture, if somebody looks at them; trouble is shown there."""
+    """Show the next picture, or the error on failure; without a viewer only wait a little."""
     from torc.web.frames import jpeg
 
     if not board.watched:

@@ -1,8 +1,8 @@
-"""Between torc's loop and a driver: nothing reaches the arm unchecked, and nothing goes on unwatched.
+"""Check each motion before a driver gets it, and watch the arm until it rests.
 
-It obeys what laboratories agree on. An e-stop is hardware, and only reported here. A motion starts where the arm is, or
-not at all. Whoever does not hear from the arm for a moment stops it. After a stop a person looks, and resumes; nothing
-is done again by itself, and the gripper keeps its grip.
+The supervisor follows common laboratory practice. An e-stop is hardware, and only reported here. A motion starts where
+the arm is, or not at all. If the arm's state gets too old, the arm is stopped. After a stop a person looks, and
+resumes; nothing is repeated automatically, and the gripper keeps its grip.
 """
 
 import time
@@ -23,10 +23,10 @@ from torc_lab.protocols import ArmDriver, ArmStatus, LabError, MotionRefusedErro
 
 _NOT_OURS = "still moves, and not by torc: somebody else commands it, or it cannot be stopped from here. Use the e-stop"
 _STILL = 0.25
-"""From one status to the next an arm may move by this share of what its controller allows at a start."""
+"""A still arm moves, from one status to the next, by at most this share of its start tolerance."""
 
 Confirm = Callable[[str, Trajectory], bool]
-"""Asked before each motion, with a line that says what comes: whether to go."""
+"""Returns whether a motion may go; called before each motion with a line that describes it."""
 
 
 @dataclass(frozen=True)
@@ -34,20 +34,20 @@ class SupervisorConfig:
     """How closely an arm is watched.
 
     Attributes:
-        period_s: between two looks at the arm.
-        stale_s: a status that is older stops the arm.
-        following_rad: so far from its path, in any joint, the arm is stopped.
-        lag_s: the arm may be behind its path, or ahead of it, by so much time.
-        late_s: beyond a motion's end, before it counts as stuck.
-        rest_s: how long to wait for an arm that was told to stop.
-        bend_rad: a motion that starts within this of where the arm is, in every joint, is bent to start there.
-        creep_rad: while a person confirms, an arm at rest may settle by this.
-        goal_rad: so close to the goal, in every joint, the arm has arrived.
-        short_rad: an arm that ends further from its goal was stopped, whatever it says.
-        resting_rad_s: slower than this, it rests.
-        still_s: an arm that was stopped rests once it has been slower for so long; somebody else's motion may begin
-            slowly.
-        future_s: a status from further ahead of this machine's clock is a fault of the driver.
+        period_s: time between two looks at the arm.
+        stale_s: a status older than this stops the arm.
+        following_rad: the arm is stopped if any joint is further than this from its path.
+        lag_s: the arm may be behind or ahead of its path by this time.
+        late_s: a motion counts as stuck this long after its planned end.
+        rest_s: how long to wait for the arm to come to rest.
+        bend_rad: a motion that starts within this of the arm's position, in every joint, is bent to start there.
+        creep_rad: an arm at rest may settle by this while a person confirms.
+        goal_rad: the arm has arrived once every joint is this close to the goal.
+        short_rad: an arm that ends further from its goal counts as stopped, even if it reports success.
+        resting_rad_s: the arm rests if it is slower than this.
+        still_s: a stopped arm must be slower than resting_rad_s for this long, as a motion that others command may
+            begin slowly.
+        future_s: a status further ahead of this machine's clock than this is a driver fault.
     """
 
     period_s: float = 0.02
@@ -66,7 +66,7 @@ class SupervisorConfig:
 
 
 class SupervisedArm:
-    """The `Arm` of torc.robots.protocols on a real one. Times are stretched so that the limits' speeds are kept."""
+    """The `Arm` of torc.robots.protocols on a real arm. It slows trajectories down to keep to the limits."""
 
     def __init__(
         self,
@@ -83,17 +83,18 @@ class SupervisedArm:
 
     @property
     def halted(self) -> str:
-        """Why nothing moves until `resume`; "" if it does."""
+        """Return why nothing moves until `resume`; "" if the arm may move."""
         return self._halted
 
     @property
     def qpos(self) -> Float[np.ndarray, "dof"]:
-        """Joint positions now. Raises LabError if nobody knows."""
+        """Return the joint positions now, radians. Raises LabError if they are not known."""
         return self._awaited().qpos.copy()
 
     def resume(self) -> None:
-        """A person has looked, and lets it go on. Raises RobotStoppedError if the controller does not, or if the arm
-        still moves, and LabError if the arm is silent.
+        """Allow motions again, after a person has looked at the robot.
+
+        Raises RobotStoppedError if the controller allows no motion or the arm still moves, LabError if it is silent.
         """
         status = self._awaited()
         if status.stopped:
@@ -103,10 +104,10 @@ class SupervisedArm:
         self._halted = ""
 
     def follow(self, trajectory: Trajectory, guard: ContactGuard | None = None) -> FollowResult:
-        """Moves along a trajectory; returns when the arm rests at its end, or backed off from what it touched.
+        """Move along a trajectory; return when the arm rests at its end, or has backed off after a contact.
 
         Raises MotionRefusedError if the motion may not begin, RobotStoppedError if it was stopped on the way, and
-        LabError if the arm is lost. KeyboardInterrupt stops the arm, and comes through once it rests.
+        LabError if the arm is lost. KeyboardInterrupt stops the arm, and is raised again once it rests.
         """
         planned = self._allowed(trajectory)
         felt = guard if self.driver.feels_contact else None
@@ -137,7 +138,7 @@ class SupervisedArm:
         )
 
     def _allowed(self, trajectory: Trajectory) -> Trajectory:
-        """The trajectory as it will be sent. Raises MotionRefusedError."""
+        """Return the trajectory to send, checked and confirmed. Raises MotionRefusedError."""
         if self._halted:
             raise MotionRefusedError(
                 f"{self.driver.name} was stopped ({self._halted}); look at it, then resume."
@@ -162,7 +163,7 @@ class SupervisedArm:
         return planned if gap_rad <= self.driver.start_tolerance_rad else self._checked(planned, status)
 
     def _checked(self, trajectory: Trajectory, status: ArmStatus) -> Trajectory:
-        """The trajectory bent to where the arm is, and stretched to the limits. Raises MotionRefusedError."""
+        """Return the trajectory bent to start at the arm, and stretched to the limits. Raises MotionRefusedError."""
         if faults := form_faults(trajectory, self.robot.arm.dof):
             raise MotionRefusedError(f"The motion is not sent to {self.driver.name}: {'; '.join(faults)}.")
         if np.abs(trajectory.qpos[0] - status.qpos).max() <= self.config.bend_rad:
@@ -174,7 +175,7 @@ class SupervisedArm:
         return planned
 
     def _fresh(self, patience_s: float = 0.0) -> ArmStatus:
-        """The latest status. Raises LabError if it stays old, and for one from the future: its age says nothing."""
+        """Return the latest status. Raises LabError if it stays too old, or its stamp is in the future."""
         config, deadline = self.config, time.monotonic() + patience_s
         while True:
             status = self.driver.status()
@@ -191,13 +192,13 @@ class SupervisedArm:
             time.sleep(config.period_s)
 
     def _awaited(self) -> ArmStatus:
-        """The latest status of an arm that torc does not move: what came while this machine was busy computing may not
-        be read yet.
+        """Return the latest status while torc does not move the arm. It waits a little, as messages that arrived during
+        heavy computing may not be read yet.
         """
         return self._fresh(2 * self.config.stale_s)
 
     def _settled(self, status: ArmStatus) -> ArmStatus:
-        """A status at which the arm is as still as its controller wants it for a start. Raises MotionRefusedError."""
+        """Wait until the arm is still enough to start, and return its status. Raises MotionRefusedError."""
         deadline = time.monotonic() + self.config.rest_s
         while time.monotonic() < deadline:
             time.sleep(self.config.period_s)
@@ -210,7 +211,7 @@ class SupervisedArm:
         raise MotionRefusedError(f"{self.driver.name} does not come to rest.")
 
     def _watch(self, planned: Trajectory, guard: ContactGuard | None) -> bool:
-        """Until the arm rests at the end; whether it was ended by contact. Raises RobotStoppedError, LabError."""
+        """Watch until the arm rests; return whether contact ended it. Raises RobotStoppedError or LabError."""
         config, began = self.config, time.monotonic()
         while True:
             time.sleep(config.period_s)
@@ -236,8 +237,8 @@ class SupervisedArm:
                 )
 
     def _rests(self, limit_s: float, still_s: float = 0.0) -> bool:
-        """Whether the arm comes to rest within a time limit, by where it is at different moments: whether it is slow
-        from one to the next, and then for `still_s` more.
+        """Return whether the arm comes to rest within a time limit. Its speed is measured from status to status, and
+        must stay low for `still_s`.
         """
         began, last, since_s = time.monotonic(), self._fresh(), np.inf
         while time.monotonic() - began < limit_s + still_s:
@@ -253,7 +254,7 @@ class SupervisedArm:
         return False
 
     def _stop(self) -> bool:
-        """Stops the arm, and waits until it rests; False if it goes on, True also where nobody knows."""
+        """Stop the arm and wait until it rests; return False if it still moves, True also if that is not known."""
         try:
             self.driver.stop()
             return self._rests(self.config.rest_s, self.config.still_s)
@@ -262,7 +263,7 @@ class SupervisedArm:
             return True
 
     def _back_off(self, planned: Trajectory, guard: ContactGuard) -> None:
-        """Back along the path until the flange is relief_m away from where it stopped."""
+        """Move back along the path until the flange is relief_m away from where it stopped."""
         back = reverse(planned, self.qpos)
         if back is None:
             return
@@ -278,7 +279,13 @@ class SupervisedArm:
 def off_path_rad(
     trajectory: Trajectory, qpos: Float[np.ndarray, "dof"], elapsed_s: float, lag_s: float
 ) -> float:
-    """How far the arm is from where it should be, in the joint that is furthest off, at the best time within lag_s."""
+    """Return the distance of the arm from its path, radians: the greatest joint error, at the best-matching time.
+
+    Args:
+        qpos: joint positions of the arm, radians.
+        elapsed_s: time since the motion began.
+        lag_s: how far the arm may be behind or ahead in time.
+    """
     times = np.clip(np.linspace(elapsed_s - lag_s, elapsed_s + lag_s, 41), 0, trajectory.duration_s)
     path = np.stack([np.interp(times, trajectory.times_s, q) for q in trajectory.qpos.T], axis=1)
     return float(np.abs(path - qpos).max(axis=1).min())

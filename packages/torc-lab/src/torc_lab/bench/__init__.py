@@ -1,1 +1,1 @@
-"""Comparing task planners on a real robot: scenes that a person lays out again and again."""
+"""Compare task planners on a real robot, in scenes that a person lays out repeatedly."""

@@ -1,4 +1,4 @@
-"""What sensors cannot tell, a person does: what fell, and whether the target was retrieved."""
+"""Ask a person what sensors cannot see: what fell, and whether the target was retrieved."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -10,7 +10,7 @@ from torc_lab.person import Person
 from torc_lab.scenes.scene import Scene
 
 UNJUDGED = "unjudged"
-"""Status of a trial that was played, and of which nobody has told yet what came of it."""
+"""Status of a trial that was played, but whose outcome no person has reported yet."""
 _UNKNOWN = -1
 _FELT = ("retrieved", "held_target", "end", "picks", "drops", "dropped")
 
@@ -21,10 +21,10 @@ class Verdict:
 
     Attributes:
         retrieved: the target is in the bin.
-        held: it was held after a lift, at least.
-        pick: with which pick it came, counted from 1; None if it did not.
-        fell: what fell off the table: numbers of the scene's picture, the target's 0 among them; -1 for what has none.
-        note: anything else.
+        held: the target was at least held after a lift.
+        pick: number of the pick that retrieved it, from 1; None if it was not retrieved.
+        fell: numbers, in the scene's picture, of objects that fell off the table: 0 for the target, -1 if unnumbered.
+        note: the person's remark.
     """
 
     retrieved: bool
@@ -35,13 +35,13 @@ class Verdict:
 
 
 def unjudged(result: Mapping[str, Any]) -> dict[str, Any]:
-    """The result of a completed trial, until somebody tells what came of it."""
+    """Return the result of a completed trial, marked as not judged yet."""
     error = "nobody has told yet what came of it: the same `torc lab bench` asks"
     return {**result, "status": UNJUDGED, "cause": UNJUDGED, "error": error}
 
 
 def ask_verdict(person: Person, scene: Scene, picks: int) -> Verdict:
-    """Asks what came of a trial with so many picks."""
+    """Ask the person for the outcome of a trial with `picks` picks."""
     target = scene.wanted.description or "the target"
     while True:
         retrieved = person.ask(f"Is {target} in the bin?")
@@ -55,8 +55,9 @@ def ask_verdict(person: Person, scene: Scene, picks: int) -> Verdict:
 
 
 def judged(result: Mapping[str, Any], verdict: Verdict) -> dict[str, Any]:
-    """The result with what the person saw, in the fields in which a simulated trial has the simulator's truth: objects
-    other than the target that fell off the table are drops. What the robot took it for is kept as `felt`.
+    """Return the result with the person's verdict in the fields that hold the simulator's truth in a simulated trial.
+
+    Objects other than the target that fell off the table are drops. The robot's own view is kept as `felt`.
     """
     drops = [k for k in verdict.fell if k != TARGET_ID]
     kept = {k: v for k, v in result.items() if k not in ("cause", "error")}
@@ -84,7 +85,7 @@ def _end(result: Mapping[str, Any], verdict: Verdict) -> EndReason:
 
 
 def _number(person: Person, question: str, most: int) -> int:
-    """A number from 1 on; the last one, if nothing is said."""
+    """Ask for a number from 1 to `most`; return `most` if the answer is empty."""
     while True:
         text = person.ask_text(f"{question} Enter for {most}.").strip()
         if not text or (text.isdecimal() and 1 <= int(text) <= most):
@@ -93,7 +94,7 @@ def _number(person: Person, question: str, most: int) -> int:
 
 
 def _fallen(person: Person) -> tuple[int, ...]:
-    """What fell, rising; what has no number comes first."""
+    """Ask which objects fell; return their numbers, ascending, objects without a number (-1) first."""
     question = (
         "What fell off the table? Numbers of the scene's picture, 0 for the target, ? for one without a number; "
         "e.g. 3,7,?. Enter for nothing."

@@ -1,6 +1,4 @@
-"""A comparison on a real robot: its trials and their order, and playing them with a person who lays out, confirms and
-judges.
-"""
+"""Plan and play a comparison on a real robot, with a person who lays scenes out, confirms motions and judges trials."""
 
 import json
 import shutil
@@ -37,11 +35,17 @@ if TYPE_CHECKING:
 def plan_lab_bench(
     lab: Lab, scenes: Sequence[Scene], planners: Sequence[BenchPlanner], repeats: int, order_seed: int = 0
 ) -> BenchSpec:
-    """Every planner in every scene, several times, scene by scene. In a scene every round has each planner once, in an
-    order that `order_seed`, the scene and the round decide: neither the light nor who lays out gets used to one.
+    """Plan each planner's trials in each scene, scene by scene. Each round in a scene has every planner once.
 
-    The repeat is the seed of the trial. Raises InputError: two scenes of one name, planners that know the simulation,
-    or nothing to play.
+    The order in a round depends on `order_seed`, the scene and the round, so that no planner profits from the light or
+    from who lays out. The repeat is the seed of the trial.
+
+    Args:
+        repeats: trials of each planner in each scene.
+        order_seed: seed of the planners' order.
+
+    Raises:
+        InputError: two scenes share a name, a planner or its model needs the simulation, or `repeats` is below 1.
     """
     names = [scene.name for scene in scenes]
     if twice := sorted({name for name in names if names.count(name) > 1}):
@@ -68,14 +72,15 @@ def plan_lab_bench(
 
 @dataclass(frozen=True)
 class LabBench:
-    """Who and what takes part.
+    """A comparison of planners in scenes, and who and what takes part in it.
 
     Attributes:
-        store: of the caller, who has locked it; `spec` is what it holds.
-        scenes: by the name that stands for the problem's.
-        confirm: before which motions the person is asked.
-        board: where the live picture is shown, if anywhere.
-        person: is not told which planner plays: who judges should not know.
+        store: the results' store, which the caller has locked.
+        spec: the trials of the store.
+        scenes: the scenes, by problem name.
+        confirm: which motions the person has to confirm.
+        board: shows the live picture; None for no page.
+        person: lays out, confirms and judges, without knowing which planner plays.
     """
 
     lab: Lab
@@ -89,12 +94,12 @@ class LabBench:
     vlm_cache: CacheConfig | None = None
 
     def play(self, limit: int | None = None) -> int:
-        """Plays what is missing, at most `limit` trials; how many were completed. A trial that was interrupted, or in
-        which a device was lost, is not scored, and is played again.
+        """Play missing trials until `limit` are completed; return how many were.
 
-        Before a trial begins nothing moves, and the person is asked whether it may, whatever `confirm` is. Ends early
-        if the person says so. Raises KeyboardInterrupt, and LabError if nobody answers what came of a trial: what was
-        completed stays, and the next call asks again.
+        A trial that was interrupted, or in which a device was lost, is not scored, and is played again. Nothing moves
+        before a trial begins, and the person is asked for permission, whatever `confirm` is. Ends early if the person
+        says so. Raises KeyboardInterrupt, and LabError if nobody reports the outcome of a trial:
+        completed trials stay, and the next call asks again.
         """
         self._ask_for_verdicts()
         done = 0
@@ -117,7 +122,7 @@ class LabBench:
         return done
 
     def _play_one(self, trial: PlannedTrial) -> str | None:
-        """How it ended; None if the person stops before it began."""
+        """Play a trial; return its status, or None if the person stopped before it began."""
         scene, person = self._scene(trial), self.person
         layout = lay_out(self.lab, scene, person, self.threshold, self.board)
         if layout is None or not person.ask("Step back, the e-stop in your hand. The robot begins. Go?"):
@@ -148,7 +153,7 @@ class LabBench:
         return str(result["status"])
 
     def _ask_for_verdicts(self) -> None:
-        """Of trials that were played when this was ended before anybody told what came of them."""
+        """Ask for the outcomes of trials from an earlier call that nobody has judged yet."""
         for trial in filter(self._is_unjudged, self.spec.trials):
             result = self.store.result(trial)
             began = result.plain.get("began", "?") if result is not None else "?"
@@ -173,7 +178,7 @@ class LabBench:
         return self.scenes[trial.problem.name]
 
     def _tell(self, event: Event) -> None:
-        """Tells what happens, but neither who plays nor why."""
+        """Report an event to the person, without naming the planner or its reasons."""
         match event:
             case Looked():
                 self.person.say(
@@ -187,7 +192,7 @@ class LabBench:
 
 
 def keep_scenes(store: Store, directories: Mapping[str, Path]) -> None:
-    """Copies scenes into the store, as they were when they were laid out. Raises InputError."""
+    """Copy scenes that the store does not hold yet into it. Raises InputError if a copy fails."""
     for name, directory in directories.items():
         place = store.root / "scenes" / name
         if place.exists():

@@ -1,4 +1,4 @@
-"""Trials on a real robot, beside simulated ones and the paper's, and what so few can tell apart."""
+"""Report trials on a real robot beside simulated ones and the paper's, and which differences they can show."""
 
 import json
 from collections.abc import Iterator, Sequence
@@ -38,7 +38,7 @@ _HEADER = (
 
 
 def real_sections(table: Table) -> list[Section]:
-    """What there is to tell of trials on a robot; nothing where none was completed."""
+    """Return the report's sections on trials on a robot; empty if none was completed."""
     real = table.on_robot
     if not any(row.completed for row in real.rows):
         return []
@@ -53,7 +53,7 @@ def real_sections(table: Table) -> list[Section]:
 
 
 def side_by_side(table: Table, real: Table) -> TextTable:
-    """Per planner, those of the paper's robot among them, a row of each kind of trials that there is."""
+    """Return a table with a row per planner and kind of trials, including the methods of the paper's robot."""
     rows: list[Sequence[Cell]] = []
     simulated = Table(table.root, tuple(row for row in table.rows if not row.real))
     played = {method_name(planner) for planner in real.planners}
@@ -98,7 +98,7 @@ def _published(method: PaperMethod) -> tuple[str, ...]:
 
 
 def separable(real: Table) -> list[str]:
-    """What these trials can and cannot tell apart, in words: by their number alone, whatever came of them."""
+    """Return, in words, which differences this number of trials can show, whatever the outcomes are."""
     planners = [p for p in real.planners if real.completed(p)]
     if len(planners) < 2:
         return ["There is only one planner on the robot: nothing to tell apart."]
@@ -137,19 +137,20 @@ def separable(real: Table) -> list[str]:
 
 
 def least_p(scenes: int, pairs: int) -> float:
-    """The least p that the permutation test over scenes can give, corrected for the number of pairs (Holm): all signs
-    alike are 2 of 2^n assignments.
+    """Return the least p that the permutation test over scenes can give, corrected for the number of pairs (Holm).
+
+    All signs alike are 2 of the 2^n assignments.
     """
     return min(1.0, pairs * 2.0 ** (1 - scenes)) if scenes else 1.0
 
 
 def scenes_needed(pairs: int) -> int:
-    """So few scenes can call a difference one."""
+    """Return the least number of scenes that can make a difference significant."""
     return next(n for n in range(1, 100) if least_p(n, pairs) < ALPHA)
 
 
 def successes_apart(trials: int) -> int | None:
-    """The most successes of so many trials that can be told from success in all of them; None if none can."""
+    """Return the most successes in `trials` that differ significantly from success in all; None if no number does."""
     for fewer in range(trials - 1, -1, -1):
         if fisher_exact([[trials, 0], [fewer, trials - fewer]]).pvalue < ALPHA:
             return fewer
@@ -161,7 +162,7 @@ def _some(count: int, what: str) -> str:
 
 
 def _layouts(rows: Sequence[TrialRow]) -> Iterator[str]:
-    """How the scenes were accepted, as far as the trials are there."""
+    """Yield a line on how the scenes' layouts were accepted, from those trials that can be read."""
     found = []
     for row in rows:
         with suppress(OSError, ValueError, KeyError, TypeError):

@@ -1,4 +1,4 @@
-"""The ChArUco board: printed, found in pictures, its pose in each, and how exactly the picture shows it."""
+"""The ChArUco board: print it, find it in pictures, and estimate its pose and that pose's covariance."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,8 +22,9 @@ DICTIONARY = cv2.aruco.DICT_5X5_100
 
 @dataclass(frozen=True)
 class Board:
-    """A chessboard of columns x rows squares with markers in the white ones. Corners are numbered row by row; the
-    board's frame lies in its plane, z away from who looks at it.
+    """A chessboard of columns x rows squares, with markers in the white ones.
+
+    Corners are numbered row by row. The board's frame lies in its plane; z points away from the viewer.
     """
 
     columns: int = 7
@@ -46,22 +47,22 @@ class Board:
 
     @property
     def size_m(self) -> tuple[float, float]:
-        """Of all squares, without a margin."""
+        """Width and height of all squares, without a margin."""
         return self.columns * self.square_m, self.rows * self.square_m
 
     @property
     def outline(self) -> Float[np.ndarray, "4 3"]:
-        """The corners of all squares, in the board's frame, metres."""
+        """The outer corners of all squares, in the board's frame, metres."""
         width, height = self.size_m
         return np.array([[0.0, 0, 0], [width, 0, 0], [width, height, 0], [0, height, 0]])
 
     def picture(self, pixels_per_m: float) -> UInt8[np.ndarray, "h w"]:
-        """The board as it is to be printed, without a margin."""
+        """Return the board as a picture to print, without a margin."""
         width, height = (round(s * pixels_per_m) for s in self.size_m)
         return np.asarray(self._cv.generateImage((width, height)))
 
     def find(self, gray: UInt8[np.ndarray, "h w"]) -> "FoundCorners | None":
-        """The corners in a picture; None if there are too few. Raises LabError for a board in a mirror."""
+        """Return the corners in a picture; None if there are too few. Raises LabError if the board is mirrored."""
         found = self._detected(gray)
         if found is None and self._detected(np.ascontiguousarray(gray[:, ::-1])) is not None:
             raise LabError(
@@ -84,7 +85,7 @@ class Board:
 
 @dataclass(frozen=True)
 class FoundCorners:
-    """Corners of a board in one picture: their ids, and column and row."""
+    """Corners of a board in one picture: their ids, and column and row, pixels."""
 
     ids: Int64[np.ndarray, "n"]
     pixels: Float[np.ndarray, "n 2"]
@@ -92,7 +93,7 @@ class FoundCorners:
 
 @dataclass(frozen=True)
 class BoardView:
-    """One picture of the board, and where the flange was."""
+    """One picture of the board, and the flange's pose at that moment."""
 
     T_base_flange: Pose
     corners: FoundCorners
@@ -101,8 +102,12 @@ class BoardView:
 def planar_pose(
     points: Float[np.ndarray, "n 3"], pixels: Float[np.ndarray, "n 2"], K: Float[np.ndarray, "3 3"]
 ) -> Pose | None:
-    """The pose in the camera of something flat, by the smallest error of reprojection of its points; None if no pose
-    fits.
+    """Return the pose in the camera of a flat object, by the least reprojection error; None if no pose fits.
+
+    Args:
+        points: of the object, in its own frame, metres.
+        pixels: the same points in the picture, column and row.
+        K: intrinsics, pixels.
     """
     good, turn, place = cv2.solvePnP(points, pixels, K, None, flags=cv2.SOLVEPNP_IPPE)
     if not good:
@@ -112,7 +117,7 @@ def planar_pose(
 
 
 def board_in_camera(view: BoardView, board: Board, K: Float[np.ndarray, "3 3"]) -> Pose:
-    """The board's pose in one picture. Raises LabError."""
+    """Return T_camera_board for one picture. Raises LabError if no pose fits the corners."""
     pose = planar_pose(board.corners[view.corners.ids], view.corners.pixels, K)
     if pose is None:
         raise LabError("A picture's corners do not fit a board: is it bent?")
@@ -120,7 +125,7 @@ def board_in_camera(view: BoardView, board: Board, K: Float[np.ndarray, "3 3"]) 
 
 
 def pose_views(views: Sequence[BoardView], board: Board, K: Float[np.ndarray, "3 3"]) -> list[PoseView]:
-    """The board's pose in every picture with its covariance. Raises LabError."""
+    """Return the board's pose in every picture, with its covariance. Raises LabError."""
     poses = [board_in_camera(v, board, K) for v in views]
     off = [reprojection_errors_px(v, T, board, K) for v, T in zip(views, poses, strict=True)]
     noise_px = max(float(np.median([np.sqrt((e**2).sum() / (e.size - 6)) for e in off])), _LEAST_PX)
@@ -133,7 +138,7 @@ def pose_views(views: Sequence[BoardView], board: Board, K: Float[np.ndarray, "3
 def reprojection_errors_px(
     view: BoardView, T_camera_board: Pose, board: Board, K: Float[np.ndarray, "3 3"]
 ) -> Float[np.ndarray, "n 2"]:
-    """Where corners would be by that pose, less where they were seen."""
+    """Return the corners' predicted positions less those seen, column and row, pixels."""
     columns, rows, _ = project(board.corners[view.corners.ids], K, invert(T_camera_board))
     return np.asarray(np.column_stack([columns, rows]) - view.corners.pixels)
 
@@ -141,7 +146,7 @@ def reprojection_errors_px(
 def _covariance(
     points: Float[np.ndarray, "n 3"], T: Pose, K: Float[np.ndarray, "3 3"]
 ) -> Float[np.ndarray, "6 6"]:
-    """Of the board's pose, in its own frame, for corners that are off by one pixel in each direction."""
+    """Return the covariance of the board's pose in its own frame, for corner errors of one pixel in each direction."""
     R = T[:3, :3]
     slopes = cv2.projectPoints(points, cv2.Rodrigues(R)[0], T[:3, 3], K, None)[1]
     of_pixels = slopes[:, 3:6].reshape(-1, 2, 3)  # by the board's place in the camera's frame

@@ -1,9 +1,9 @@
-"""Where camera and board are, from pictures of the board at known poses of the flange.
+"""Compute the poses of camera and board from pictures of the board at known flange poses.
 
-The board's pose in each picture comes from all of its corners. Both transforms then come from all views at once, each
-weighed by how well its picture shows the board and by how noisy the arm seems (noisy_arm.py). The error in pixels says
-little: an arm that is off shifts everything. What counts is the error at poses that were left out, in millimetres at
-the board.
+The board's pose in each picture comes from all of its corners. Both transforms then come from all views at once; each
+view is weighted by how well its picture shows the board and by how noisy the arm seems (noisy_arm.py). The error in
+pixels says little: an arm that is off shifts all corners together. The error that counts is the one at held-out poses,
+in millimetres at the board.
 """
 
 from collections.abc import Callable, Sequence
@@ -25,7 +25,7 @@ from torc_lab.protocols import LabError
 
 LEAST_VIEWS = 6
 _LEAST_TURN_RAD, _LEAST_SPREAD_RAD = 0.175, 0.05
-"""From the mean turn to the furthest; standard deviation about the axis that is turned about second most."""
+"""Largest turn away from the mean; standard deviation about the axis with the second most turning."""
 _WRONG_SCALE, _SURE = 0.01, 4.0
 """The printer is to blame if the squares are off by 1 %, and by four standard errors: a worn arm shifts them too."""
 _FOLDS = 5
@@ -39,11 +39,10 @@ class HandEye:
     Attributes:
         T_camera: camera (OpenCV axes) in the base (mounting fixed) or in the flange (hand).
         T_board: board in the flange (fixed) or in the base (hand).
-        errors_m: per view, how far corners are off on average when that view was left out, at the board, across the
-            line of sight.
-        noise: how far the flange seems to be from where the arm says it is.
-        rms_px: of all corners; None where there were no pictures.
-        scale: of the board that fits best, against what was said: 1.02 means that squares are 2 % larger.
+        errors_m: per view, the corners' mean error when that view was held out, at the board, across the line of sight.
+        noise: how far the flange seems to be from the pose that the arm reports.
+        rms_px: of all corners; None without pictures.
+        scale: best-fitting size of the board over its stated size: 1.02 means that squares are 2 % larger.
     """
 
     mounting: Mounting
@@ -60,7 +59,12 @@ class HandEye:
         return float(np.median(self.errors_m))
 
     def as_yaml(self, count: int, marker: TableMarker | None = None) -> str:
-        """The file of a calibration by so many pictures; a lab file's camera.pose names that of a fixed camera."""
+        """Return the calibration file's text; for a fixed camera, a lab file's camera.pose names that file.
+
+        Args:
+            count: number of pictures.
+            marker: the marker on the table, if it was seen.
+        """
         fixed = self.mounting == "fixed"
         content: dict[str, Any] = {
             "T_world_camera" if fixed else ON_HAND: self.T_camera.round(7).tolist(),
@@ -78,7 +82,7 @@ class HandEye:
         return yaml.safe_dump(content, sort_keys=False, default_flow_style=None)
 
     def report(self, file: str) -> str:
-        """What a person is shown after a calibration that was written to that file."""
+        """Return the summary for the user after the calibration was written to `file`."""
         noise, (x, y, z) = self.noise, self.T_camera[:3, 3]
         worn = noise.shift_m > _WORN_M or noise.turn_rad > _WORN_RAD
         much = "\nThat is much: the arm is worn, its model is not exact, or the board or camera is loose."
@@ -99,8 +103,10 @@ class HandEye:
 def solve_hand_eye(
     views: Sequence[BoardView], board: Board, K: Float[np.ndarray, "3 3"], mounting: Mounting
 ) -> HandEye:
-    """Raises LabError for views that say too little: too few, turned too little, or about one axis alone; and for a
-    board whose squares are of another size than was said.
+    """Calibrate from pictures of the board.
+
+    Raises LabError if the views are too few, turned too little or turned about one axis only, or if the board's squares
+    do not have the stated size.
     """
     check_views([v.T_base_flange for v in views])
     placed = pose_views(views, board, K)
@@ -119,9 +125,9 @@ def solve_hand_eye(
 
 
 def solve_samples(samples: Sequence[PoseView], mounting: Mounting) -> HandEye:
-    """A calibration by poses of a board or marker that somebody else measured; errors are those of its origin.
+    """Calibrate from poses of a board or marker that another program measured; errors are those of its origin.
 
-    Raises LabError for samples that say too little.
+    Raises LabError if the samples are too few, turned too little or turned about one axis only.
     """
     check_views([s.T_base_flange for s in samples])
 
@@ -133,7 +139,7 @@ def solve_samples(samples: Sequence[PoseView], mounting: Mounting) -> HandEye:
 
 
 def check_views(flanges: Sequence[Pose]) -> None:
-    """Raises LabError for poses of the flange that cannot give both transforms."""
+    """Raise LabError if these flange poses cannot determine both transforms."""
     if len(flanges) < LEAST_VIEWS:
         raise LabError(
             f"{len(flanges)} pictures of the board are too few: at least {LEAST_VIEWS}, better 20."
@@ -151,7 +157,7 @@ def check_views(flanges: Sequence[Pose]) -> None:
 def error_at(
     view: BoardView, poses: tuple[Pose, Pose], board: Board, K: Float[np.ndarray, "3 3"], mounting: Mounting
 ) -> float:
-    """Mean distance between where corners are by a calibration, and the lines of sight on which they were seen."""
+    """Return the mean distance, metres, of the calibrated corners from the lines of sight on which they were seen."""
     T_camera_board = board_by(view.T_base_flange, poses, mounting)
     in_camera = transform_points(T_camera_board, board.corners[view.corners.ids])
     rays = np.column_stack([view.corners.pixels, np.ones(len(view.corners.pixels))]) @ np.linalg.inv(K).T
@@ -161,7 +167,7 @@ def error_at(
 
 
 def board_by(T_base_flange: Pose, poses: tuple[Pose, Pose], mounting: Mounting) -> Pose:
-    """T_camera_board by a calibration's transforms of camera and board."""
+    """Return T_camera_board for a flange pose, from a calibration's transforms of camera and board."""
     T_camera, T_board = poses
     if mounting == "fixed":
         return np.asarray(invert(T_camera) @ T_base_flange @ T_board)
@@ -175,7 +181,7 @@ def _judged(
     error_m: Callable[[int, tuple[Pose, Pose]], float],
     rms_px: float | None = None,
 ) -> HandEye:
-    """The calibration, with each view's error by both transforms as solved without it."""
+    """Return the calibration; each view's error comes from transforms that were solved without it."""
     errors = np.zeros(len(views))
     for fold in range(_FOLDS):
         poses = refit([v for k, v in enumerate(views) if k % _FOLDS != fold], mounting, fit)

@@ -1,6 +1,4 @@
-"""A marker taped to the table: by it `torc lab check` notices that the camera, or the table, has moved since the
-calibration.
-"""
+"""A marker taped to the table: `torc lab check` uses it to notice that the camera or the table has moved."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,22 +16,22 @@ from torc_lab.lab_file import Lab
 from torc_lab.protocols import LabError
 
 MARKER_ID = 99
-"""No board has so many markers."""
+"""Higher than any marker's id on a board."""
 MARKER_M = 0.1
 MOVED_M = 0.003
-"""A shift that is more than the detection's own error, and as large as a calibration may be off."""
+"""A shift above the detection's own error, and as large as a calibration's error may be."""
 _STILL_PX = 2.0
 
 
 @dataclass(frozen=True)
 class TableMarker:
-    """Where the marker's corners were at the calibration, world frame, metres: clockwise from its upper left."""
+    """The marker's corners at the calibration, world frame, metres: clockwise from its upper left."""
 
     corners: Float[np.ndarray, "4 3"]
 
 
 def find_marker(gray: UInt8[np.ndarray, "h w"]) -> Float[np.ndarray, "4 2"] | None:
-    """The corners of the marker in a picture, column and row; None if it is not in sight."""
+    """Return the marker's corners in a picture, column and row; None unless it is in sight exactly once."""
     parameters = cv2.aruco.DetectorParameters()
     parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
     detector = cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(DICTIONARY), parameters)
@@ -46,8 +44,9 @@ def find_marker(gray: UInt8[np.ndarray, "h w"]) -> Float[np.ndarray, "4 2"] | No
 def placed_marker(
     seen: Sequence[Float[np.ndarray, "4 2"]], K: Float[np.ndarray, "3 3"], T_world_camera: Pose
 ) -> TableMarker | None:
-    """Where the marker is, by its corners in some pictures of the same camera; None without any. Raises LabError if it
-    moved between them.
+    """Return the marker's place, from its corners in pictures of one camera at rest.
+
+    Returns None without pictures, or if no pose fits. Raises LabError if the marker moved between pictures.
     """
     if not seen:
         return None
@@ -69,7 +68,7 @@ def marker_shift_m(
     K: Float[np.ndarray, "3 3"],
     T_world_camera: Pose,
 ) -> float | None:
-    """How far the marker seems to have moved, across the line of sight; None if it is not in sight."""
+    """Return how far the marker seems to have moved, across the line of sight; None if it is not in sight."""
     found = find_marker(gray)
     if found is None:
         return None
@@ -79,18 +78,18 @@ def marker_shift_m(
 
 
 def is_calibrated(lab: Lab) -> bool:
-    """Whether the lab file names a calibration as its camera's pose."""
+    """Return whether the lab file names a calibration as its camera's pose."""
     return _calibration_of(lab) is not None
 
 
 def marker_of_lab(lab: Lab) -> TableMarker | None:
-    """The marker on the table as the calibration saw it; None without one. Raises InputError."""
+    """Return the table's marker as the calibration saw it; None without one. Raises InputError."""
     path = _calibration_of(lab)
     return None if path is None else marker_of_file(path)
 
 
 def marker_of_file(path: Path) -> TableMarker | None:
-    """The marker that a calibration noted; None if it saw none. Raises InputError for one that cannot be read."""
+    """Return the marker in a calibration file; None if it has none. Raises InputError if it cannot be read."""
     given = read_mapping(path, "calibration", "Calibrate again.").get("marker_corners")
     if given is None:
         return None
@@ -104,7 +103,7 @@ def marker_of_file(path: Path) -> TableMarker | None:
 
 
 def marker_picture(pixels: int) -> UInt8[np.ndarray, "h w"]:
-    """The marker, to be printed MARKER_M wide."""
+    """Return the marker as a picture, to be printed MARKER_M wide."""
     dictionary = cv2.aruco.getPredefinedDictionary(DICTIONARY)
     return np.asarray(cv2.aruco.generateImageMarker(dictionary, MARKER_ID, pixels))
 

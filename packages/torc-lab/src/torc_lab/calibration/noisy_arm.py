@@ -1,10 +1,10 @@
-"""Where camera and board are, by poses of the flange that are themselves off.
+"""Estimate the poses of camera and board from flange poses that have errors themselves.
 
-An error of the flange moves all corners of a picture together, so that pixels alone mislead: an arm that turns the
-board by a quarter of a degree looks like a board of another size. Here each flange has an error of its own, and how
-large those errors are is estimated too. Per view, the flange's error is what is left between the pose that it reports
-and the pose at which the picture shows it; its covariance is that of the picture plus that of the arm. The
-likelihood is Student's t in six dimensions, so that a bad view hardly counts.
+An error of the flange moves all corners of a picture together, so pixels alone mislead: an arm that turns the board by
+a quarter of a degree looks like a board of another size. Here each flange pose has an error of its own, and the size of
+these errors is estimated too. In each view the flange's error is the difference between the pose that it reports and
+the pose at which the picture shows it; its covariance is that of the picture plus that of the arm. The likelihood is
+Student's t in six dimensions, so that a bad view hardly counts.
 """
 
 import itertools
@@ -20,22 +20,22 @@ from scipy.spatial.transform import Rotation
 from torc.geometry.transforms import Pose, invert, make_pose
 
 Mounting = Literal["fixed", "hand"]
-"""Of the camera: fixed, with the board in the hand; or in the hand, with the board fixed."""
+"""The camera is fixed, with the board in the hand; or it is in the hand, with the board fixed."""
 _FREEDOM = 5.0
-"""Degrees of freedom of Student's t: about 5 % less exact than least squares where no view is bad."""
+"""Degrees of freedom of Student's t: about 5 % less exact than least squares if no view is bad."""
 _ROUNDS, _SETTLED = 30, 1e-7
 _STEPS, _STEADY_LOG = 3, 0.01
-"""While the noise is still being estimated, to a hundredth, transforms need not settle."""
+"""Steps per round, as transforms need not settle before the noise has; the noise settles within a hundredth."""
 _DIFFERENCE = 1e-6
 _LEAST_RAD, _LEAST_M = 1e-6, 1e-6
 _MOST_RAD, _MOST_M = 0.1, 0.1
 _GAUSSIAN = 1.12
-"""A normal distribution is so much wider than the t of five degrees that fits it best in six dimensions."""
+"""Width of a normal distribution over that of the t of five degrees that fits it best in six dimensions."""
 
 
 @dataclass(frozen=True)
 class PoseView:
-    """The board's pose in one picture, and where the arm says that the flange was.
+    """The board's pose in one picture, and the flange's pose as the arm reports it.
 
     Attributes:
         covariance: of the board's pose, in the board's frame: turn (rad), then shift (m).
@@ -66,10 +66,10 @@ class ArmNoise:
 
 @dataclass(frozen=True)
 class PoseFit:
-    """Both transforms, the arm's noise, and how the board's scale would change the fit.
+    """Both transforms, the arm's noise, and the best-fitting scale of the board.
 
     Attributes:
-        scale, scale_error: of the board against what was said, and its standard error.
+        scale, scale_error: of the board relative to its stated size, and its standard error.
     """
 
     T_camera: Pose
@@ -80,7 +80,7 @@ class PoseFit:
 
 
 def fit_poses(views: Sequence[PoseView], mounting: Mounting) -> PoseFit:
-    """Both transforms and the arm's noise, by the largest likelihood."""
+    """Estimate both transforms and the arm's noise by maximum likelihood."""
     stack = _Stack(views, mounting)
     first = park([(v.T_base_flange, v.T_camera_board) for v in views], mounting == "hand")
     numbers, sigmas = _alternate(stack, _numbers(first), np.log([1e-3, 1e-3]))
@@ -93,19 +93,22 @@ def fit_poses(views: Sequence[PoseView], mounting: Mounting) -> PoseFit:
 
 
 def refit(views: Sequence[PoseView], mounting: Mounting, begin: PoseFit) -> tuple[Pose, Pose]:
-    """Both transforms by some of the views, the arm's noise being known."""
+    """Estimate both transforms from some of the views, with the arm's noise known from `begin`."""
     numbers = _numbers((begin.T_camera, begin.T_board))
     sigmas = np.log([begin.noise.axis_rad / _GAUSSIAN, begin.noise.axis_m / _GAUSSIAN])
     return _transforms(_reweighted(_Stack(views, mounting), numbers, sigmas, _ROUNDS))
 
 
 def park(pairs: Sequence[tuple[Pose, Pose]], on_hand: bool) -> tuple[Pose, Pose]:
-    """A first guess of camera and board, from pairs of the flange in the base and the board in the camera: the
-    rotations first (Park & Martin 1994).
+    """Return a first guess of camera and board, solving for the rotations first (Park & Martin 1994).
+
+    Args:
+        pairs: T_base_flange and T_camera_board, per picture.
+        on_hand: whether the camera is on the hand.
 
     Returns:
         Camera in the flange and board in the base if the camera is on the hand; else camera in the base and board in
-        the flange.
+            the flange.
     """
     seen = [T for _, T in pairs]
     flanges = [T if on_hand else invert(T) for T, _ in pairs]
@@ -125,12 +128,12 @@ def park(pairs: Sequence[tuple[Pose, Pose]], on_hand: bool) -> tuple[Pose, Pose]
 
 
 def crossing(t: Float[np.ndarray, "v 3"]) -> Float[np.ndarray, "v 3 3"]:
-    """The matrices of t x."""
+    """Return for each t the matrix M with M @ x = cross(t, x)."""
     return np.cross(np.eye(3), t[:, None])
 
 
 def _transforms(numbers: Float[np.ndarray, "n"]) -> tuple[Pose, Pose]:
-    """Camera and board by their twelve numbers, rotation vector and place of each."""
+    """Return camera and board from twelve numbers: rotation vector and position of each."""
     first, second = (
         make_pose(Rotation.from_rotvec(v[:3]).as_matrix(), v[3:]) for v in (numbers[:6], numbers[6:12])
     )
@@ -151,7 +154,7 @@ class _Stack:
         self.mounting = mounting
 
     def errors(self, numbers: np.ndarray) -> Float[np.ndarray, "v 6"]:
-        """Of the flange per view, turn and shift in its own frame."""
+        """Return the flange's error per view: turn and shift in its own frame."""
         T_camera, T_board = _transforms(numbers)
         seen = self._scaled(numbers)
         if self.mounting == "fixed":
@@ -162,7 +165,7 @@ class _Stack:
         return np.hstack([Rotation.from_matrix(off[:, :3, :3]).as_rotvec(), off[:, :3, 3]])
 
     def spread(self, numbers: np.ndarray, sigmas: np.ndarray) -> Float[np.ndarray, "v 6 6"]:
-        """The covariance of those errors: the picture's, carried to the flange, and the arm's."""
+        """Return the covariance of those errors: the picture's, carried to the flange, plus the arm's."""
         T_camera, T_board = _transforms(numbers)
         if self.mounting == "fixed":
             carried = np.broadcast_to(T_board, self.seen.shape)
@@ -176,7 +179,7 @@ class _Stack:
         return np.asarray(adjoint @ self.covariances @ adjoint.transpose(0, 2, 1) + arm)
 
     def _scaled(self, numbers: np.ndarray) -> Float[np.ndarray, "v 4 4"]:
-        """The board's poses, were it as many times larger as the thirteenth number says."""
+        """Return the board's poses, scaled by the exponential of the thirteenth number if there is one."""
         if len(numbers) == 12:
             return self.seen
         seen = self.seen.copy()
@@ -185,7 +188,7 @@ class _Stack:
 
 
 def _alternate(stack: _Stack, numbers: np.ndarray, sigmas: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Transforms and noise in turn, until they settle."""
+    """Improve transforms and noise in turn, until they settle."""
     for _ in range(_ROUNDS):
         before = sigmas
         sigmas = _noise_by_likelihood(stack, numbers, sigmas)
@@ -196,7 +199,7 @@ def _alternate(stack: _Stack, numbers: np.ndarray, sigmas: np.ndarray) -> tuple[
 
 
 def _reweighted(stack: _Stack, numbers: np.ndarray, sigmas: np.ndarray, steps: int) -> np.ndarray:
-    """The numbers at which the likelihood is largest for that noise: steps of Gauss and Newton, weighted anew."""
+    """Return the numbers of largest likelihood for this noise: Gauss-Newton steps, each reweighted."""
     for _ in range(steps):
         white = _whitening(stack, numbers, sigmas)
         step = np.linalg.lstsq(_slope(stack, numbers, white), -_white(stack, numbers, white), rcond=None)[0]
@@ -207,14 +210,14 @@ def _reweighted(stack: _Stack, numbers: np.ndarray, sigmas: np.ndarray, steps: i
 
 
 def _slope(stack: _Stack, numbers: np.ndarray, white: np.ndarray) -> Float[np.ndarray, "m n"]:
-    """How the whitened errors change with each number, by central differences."""
+    """Return how the whitened errors change with each number, by central differences."""
     shifts = _DIFFERENCE * np.eye(len(numbers))
     columns = [_white(stack, numbers + d, white) - _white(stack, numbers - d, white) for d in shifts]
     return np.column_stack(columns) / (2 * _DIFFERENCE)
 
 
 def _whitening(stack: _Stack, numbers: np.ndarray, sigmas: np.ndarray) -> Float[np.ndarray, "v 6 6"]:
-    """Per view what turns its error into six of unit variance, times the root of its weight."""
+    """Return per view the matrix that whitens its error, times the root of its weight."""
     inverse = np.linalg.inv(stack.spread(numbers, sigmas))
     errors = stack.errors(numbers)
     squared = np.einsum("vi,vij,vj->v", errors, inverse, errors)
@@ -227,7 +230,7 @@ def _white(stack: _Stack, numbers: np.ndarray, white: np.ndarray) -> np.ndarray:
 
 
 def _noise_by_likelihood(stack: _Stack, numbers: np.ndarray, sigmas: np.ndarray) -> np.ndarray:
-    """Logarithms of the arm's standard deviations, by Student's t."""
+    """Return logarithms of the arm's standard deviations, by Student's t."""
     errors = stack.errors(numbers)
 
     def cost(x: np.ndarray) -> float:

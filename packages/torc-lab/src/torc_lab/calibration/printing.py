@@ -1,4 +1,4 @@
-"""What is printed for a calibration: the board, and the marker for the table."""
+"""Write the pages to print for a calibration: the board, and the marker for the table."""
 
 from pathlib import Path
 
@@ -15,8 +15,10 @@ _A4_M = (0.297, 0.210)
 
 
 def write_board(board: Board, path: Path, dpi: int = 600) -> list[Path]:
-    """The board as a page to print, A4 or larger, and a page with the marker for the table: the second of a .pdf, a
-    file of its own beside a .png. Both have a line of 100 mm to be measured. Returns the files. Raises InputError.
+    """Write the board as a page to print, A4 or larger, and a page with the marker for the table.
+
+    A .pdf holds both pages; with a .png the marker gets a file beside it. Both pages have a line of 100 mm to measure.
+    Returns the files. Raises InputError for another suffix.
     """
     if path.suffix.lower() not in (".pdf", ".png"):
         raise InputError(f"The board is written as .pdf or .png, not '{path.suffix}'.")
@@ -43,7 +45,7 @@ def write_board(board: Board, path: Path, dpi: int = 600) -> list[Path]:
 
 
 def _page(pixels: UInt8[ndarray, "h w"], text: str, size_m: tuple[float, float], per_m: float) -> Image.Image:
-    """A sheet with a picture in its middle, and below that a line of 100 mm and the text."""
+    """Return a sheet with the picture in its middle, and below it a line of 100 mm and the text."""
     sheet = Image.new("L", (round(size_m[0] * per_m), round(size_m[1] * per_m)), 255)
     picture, draw = Image.fromarray(pixels), ImageDraw.Draw(sheet)
     top = (sheet.height - picture.height) // 2

@@ -1,9 +1,9 @@
-"""Poses for calibrating that torc finds itself: the board turned and shifted before the camera; and the motions.
+"""Propose calibration poses, with the board turned and shifted in front of the camera, and the motions between them.
 
-What is known before is rough: where the camera is, by the workspace or by a few small turns of the hand that carries
-it; and where the board is, by one picture of it. Those turns are about a point ahead of the hand, where the board lies
-if the camera looks the way the gripper reaches. The camera's place on the hand is not known then, so that room is kept
-all around the hand.
+Only rough values are known at first. The camera's pose comes from the workspace, or from a few small turns of the hand
+that carries it; the board's pose comes from one picture. The small turns are about a point ahead of the hand, where the
+board lies if the camera looks the way the gripper reaches. The camera's place on the hand is unknown during them, so
+room is kept all around the hand.
 """
 
 import itertools
@@ -29,21 +29,21 @@ from torc_lab.protocols import LabError
 
 _DRAWN, _BATCH = 3000, 300
 _TURN_RAD = 0.6
-"""About each axis at most: facts say that 35 degrees about several tell both transforms."""
+"""Largest turn about each axis; 35 degrees about several axes determine both transforms."""
 _EDGE = 0.08
-"""Share of the picture's width and height that stays free around the board: what is known is rough."""
+"""Share of the picture's width and height that stays free around the board, because the known poses are rough."""
 _NEARER, _FURTHER, _LEAST_M = 0.75, 1.3, 0.3
 _STEEPEST = 0.6
-"""Cosine between the line of sight and the board's normal, at least: flat markers are not found."""
+"""Least cosine between the line of sight and the board's normal: markers seen too flat are not found."""
 _FAR_RAD = 1.6
-"""No joint is further from where it began: the hand does not turn over, and cables do not wind up."""
+"""Largest distance of a joint from its start: the hand does not turn over, and cables do not wind up."""
 _HELD_SPHERES = 30
 _CAMERA_M = (0.05, 0.04, 0.04)
-"""Half of the room that a camera on the hand takes, along its own axes; cameras for arms are smaller."""
+"""Half of the room kept for a camera on the hand, along its own axes; cameras for arms are smaller."""
 _SHIFT_M = 0.15
-"""As much of a shift makes two poses as different as _TURN_RAD of a turn does."""
+"""A shift that makes two poses as different as a turn by _TURN_RAD."""
 _LEAST_TURNED = 4
-"""Views, the first one too, that a rough pose of a camera on the hand takes."""
+"""Views, including the first, that a rough pose of a camera on the hand needs."""
 _TILT_RAD, _SPIN_RAD = 0.2, 0.35
 """Small turns about the two axes across the hand's, and about its own: the board stays in the picture."""
 _RING, _RING_M, _ROOM_M, _ALONG_M = 8, 0.09, 0.045, (0.03, 0.1)
@@ -54,7 +54,7 @@ distances from the flange.
 
 @dataclass(frozen=True)
 class Sight:
-    """What is roughly known: where the camera is, how it sees, and where the board is.
+    """The roughly known poses of camera and board, and the camera's intrinsics.
 
     Attributes:
         K, size: intrinsics, and width and height of the picture, pixels.
@@ -81,14 +81,14 @@ class Sight:
         return np.asarray(carrier @ self.T_camera @ self.T_camera_board)
 
     def flanges(self, views: Float[np.ndarray, "n 4 4"]) -> Float[np.ndarray, "n 4 4"]:
-        """The flange in the world at which the camera sees the board at each of these poses."""
+        """Return the flange's world pose for each pose at which the camera is to see the board."""
         if self.mounting == "fixed":
             return np.asarray(self.T_camera @ views @ invert(self.T_board))
         return np.asarray(self.T_board @ invert(views) @ invert(self.T_camera))
 
     @property
     def held(self) -> Float[np.ndarray, "a 4"]:
-        """Spheres of what moves with the hand, in the flange's frame: the board, or the camera."""
+        """Spheres around the object that moves with the hand, the board or the camera, in the flange's frame."""
         if self.mounting == "fixed":
             width, height = self.board.size_m
             u, v = np.meshgrid(np.linspace(0, width, 6), np.linspace(0, height, 6))
@@ -100,8 +100,9 @@ class Sight:
 
 
 def proposed(sight: Sight, count: int, rng: np.random.Generator) -> Float[np.ndarray, "n dof"]:
-    """Up to `count` configurations, most different first, at which the whole board is in sight, within the limits, and
-    nothing is touched. Fewer, where there are no more.
+    """Return up to `count` configurations, most different first, that show the whole board.
+
+    All are within the limits and touch nothing. There may be fewer.
     """
     space = calibration_space(sight)
     views = _drawn(sight, rng)
@@ -117,7 +118,7 @@ def proposed(sight: Sight, count: int, rng: np.random.Generator) -> Float[np.nda
 
 
 def in_sight(sight: Sight, views: Float[np.ndarray, "n 4 4"]) -> Bool[np.ndarray, "n"]:
-    """Whether the whole board is well within the picture, and not too slanted, per board pose in the camera's frame."""
+    """Return per board pose in the camera's frame whether the board is well inside the picture, and not too slanted."""
     corners = np.einsum("nij,cj->nci", views[:, :3, :3], sight.board.outline) + views[:, None, :3, 3]
     z = np.maximum(corners[..., 2], 1e-3)
     pixels = np.einsum("ij,ncj->nci", sight.K, corners / z[..., None])[..., :2]
@@ -130,14 +131,16 @@ def in_sight(sight: Sight, views: Float[np.ndarray, "n 4 4"]) -> Bool[np.ndarray
 
 
 def calibration_space(sight: Sight) -> FreeSpace:
-    """Table, bin, obstacles and the robot itself, with room around them; the board, or the camera, is on the hand."""
+    """Return the space of table, bin, obstacles and robot, with margins; the board or camera is on the hand."""
     space = empty_space(sight.robot, sight.workspace, sight.limits, sight.held)
     return space if sight.mounting == "fixed" else trusting(space, sight.qpos)
 
 
 def _drawn(sight: Sight, rng: np.random.Generator) -> Float[np.ndarray, "n 4 4"]:
-    """Board poses in the camera's frame: turned at random about that which faces the camera, and shifted. A camera on
-    the hand may not reach where the board on the table faces it: turns are also about those on the way to the first.
+    """Draw board poses in the camera's frame: the board facing the camera, turned at random and shifted.
+
+    A camera on the hand may not reach a pose that faces the board on the table; turns then start anywhere between the
+    first pose and the facing one.
     """
     first = sight.T_camera_board
     middle = sight.board.outline.mean(axis=0)
@@ -157,7 +160,7 @@ def _drawn(sight: Sight, rng: np.random.Generator) -> Float[np.ndarray, "n 4 4"]
 
 
 def _faced(R: Float[np.ndarray, "3 3"], shares: Float[np.ndarray, "n"]) -> Rotation:
-    """The rotations on the way from R (share 0) to the one next to it with the normal along the optical axis (1)."""
+    """Return rotations between R (share 0) and the nearest one with the normal along the optical axis (share 1)."""
     axis = np.cross(R[:, 2], [0.0, 0.0, 1.0])
     length = float(np.linalg.norm(axis))
     turn = axis * np.arctan2(length, R[2, 2]) / max(length, 1e-9)
@@ -170,7 +173,7 @@ def _reached(
     qpos: Float[np.ndarray, "dof"],
     flanges: Float[np.ndarray, "n 4 4"],
 ) -> tuple[Bool[np.ndarray, "n"], Float[np.ndarray, "m dof"]]:
-    """Which poses of the flange the arm reaches within the limits, and with which joints, those nearest to `qpos`."""
+    """Return which flange poses the arm reaches within the limits, and the joint solutions nearest to `qpos`."""
     arm = robot.arm
     tcps = flanges @ robot.gripper.T_tool0_tcp(0.0)
     places = np.stack([flanges[:, :3, 3], tcps[:, :3, 3]], axis=1)
@@ -191,7 +194,7 @@ def _reached(
 
 
 def _most_different(views: Float[np.ndarray, "n 4 4"], first: Pose, count: int) -> list[int]:
-    """Indices, each as far as can be from those before it and from the first picture, by turn and shift."""
+    """Return indices, each as far as possible from those before it and from the first picture, by turn and shift."""
     turns = Rotation.from_matrix(first[:3, :3].T @ views[:, :3, :3]).as_rotvec() / _TURN_RAD
     shifts = (views[:, :3, 3] - first[:3, 3]) / _SHIFT_M
     features = np.hstack([turns, shifts])
@@ -204,7 +207,7 @@ def _most_different(views: Float[np.ndarray, "n 4 4"], first: Pose, count: int) 
 
 
 def tour(qpos: Float[np.ndarray, "n dof"], start: Float[np.ndarray, "dof"]) -> list[int]:
-    """An order in which they are visited, each next to the one before."""
+    """Return an order of visit that always goes to the nearest remaining configuration, beginning near `start`."""
     away, order = np.abs(qpos - start).max(axis=1), list[int]()
     for _ in qpos:
         order.append(int(away.argmin()))
@@ -216,8 +219,10 @@ def tour(qpos: Float[np.ndarray, "n dof"], start: Float[np.ndarray, "dof"]) -> l
 def small_turns(
     robot: RobotDescription, limits: MotionLimits, qpos: Float[np.ndarray, "dof"], ahead_m: float
 ) -> Float[np.ndarray, "n dof"]:
-    """Configurations at which the hand is turned a little about a point so far ahead of the flange: about both axes
-    across the hand's and its own, both ways; those that the arm reaches within the limits.
+    """Return configurations that turn the hand a little about a point `ahead_m` ahead of the flange.
+
+    The turns are about both axes across the hand's and about its own, both ways. Those outside the arm's reach or
+    limits are left out.
     """
     R = robot.gripper.T_tool0_tcp(0.0)[:3, :3]
     pivot = make_pose(R, ahead_m * R[:, 2])
@@ -229,7 +234,7 @@ def small_turns(
 
 
 def room_around_hand(robot: RobotDescription) -> Float[np.ndarray, "a 4"]:
-    """Spheres in the flange's frame wherever a camera may be fixed to the hand."""
+    """Return spheres in the flange's frame wherever a camera may be fixed to the hand."""
     R = robot.gripper.T_tool0_tcp(0.0)[:3, :3]
     angles = 2 * np.pi * np.arange(_RING) / _RING
     ring = [[_RING_M * np.cos(a), _RING_M * np.sin(a), z] for z in _ALONG_M for a in angles]
@@ -237,7 +242,7 @@ def room_around_hand(robot: RobotDescription) -> Float[np.ndarray, "a 4"]:
 
 
 def rough_camera(views: Sequence[BoardView], board: Board, K: Float[np.ndarray, "3 3"]) -> Pose:
-    """T_tool0_camera to a centimetre or two. Raises LabError if too few views show the board."""
+    """Return T_tool0_camera to a centimetre or two. Raises LabError if too few views show the board."""
     if len(views) < _LEAST_TURNED:
         raise LabError(
             "The board was in sight after too few of the small turns, so that nobody knows where the camera is on the "

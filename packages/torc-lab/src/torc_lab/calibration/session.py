@@ -1,6 +1,4 @@
-"""A calibration as a person does it: pictures of the board at poses to which he brings the arm; or he brings board and
-camera before each other once, and torc moves the arm from pose to pose.
-"""
+"""Run a calibration with a person, who brings the arm to every pose, or only to the first."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
@@ -67,14 +65,14 @@ _HIGHER: dict[Mounting, str] = {
 
 @dataclass
 class Session:
-    """Who and what takes part, and the pictures of the board so far.
+    """The devices and people of a calibration, and the pictures of the board so far.
 
     Attributes:
-        qpos: where the arm is now, radians.
-        count: how many pictures are wanted.
+        qpos: returns the arm's joint positions now, radians.
+        count: how many pictures to take.
         say: shows the person a line.
         views: one per picture that showed the board.
-        markers: corners of the marker on the table, in those pictures that showed it.
+        markers: corners of the marker on the table, in the pictures that showed it.
         K: intrinsics of the camera.
         size: width and height of a picture, pixels.
     """
@@ -94,7 +92,7 @@ class Session:
     rng: np.random.Generator = field(default_factory=lambda: np.random.default_rng(0))
 
     def look(self) -> bool:
-        """Take a picture; whether the board was in it. Raises LabError for a board in a mirror."""
+        """Take a picture; return whether it shows the board. Raises LabError if the board is mirrored."""
         before = self.qpos()
         seen = self.camera.unplaced()
         if np.abs(self.qpos() - before).max() > _STILL_RAD:
@@ -113,15 +111,15 @@ class Session:
         return True
 
     def check(self) -> None:
-        """Raises InputError if there are too few pictures."""
+        """Raise InputError if there are too few pictures."""
         if len(self.views) < LEAST_VIEWS:
             raise InputError(f"{len(self.views)} pictures are too few: at least {LEAST_VIEWS}, better 20.")
 
 
 def collect_views(session: Session) -> None:
-    """Pictures of the board, one per pose to which a person brings the arm.
+    """Take pictures of the board, one per pose to which a person brings the arm.
 
-    Raises LabError for a board in a mirror, and InputError if the person ends it before there are enough.
+    Raises LabError if the board is mirrored, and InputError if the person ends it with too few pictures.
     """
     session.say(f"{_PLACE[session.mounting]} Between pictures {_ADVICE}.")
     while len(session.views) < session.count:
@@ -133,10 +131,13 @@ def collect_views(session: Session) -> None:
 
 
 def collect_guided(session: Session, lab: Lab, arm: Arm) -> None:
-    """Pictures of the board at up to `count` poses that torc proposes; each motion is asked for. A "no" ends it.
+    """Take pictures of the board at up to `count` poses that torc proposes.
 
-    Raises LabError for a board in a mirror, one that no pose is found for, and one that is not where it should be; and
-    as the arm does. Raises InputError if there are too few pictures in the end.
+    The person confirms each motion; a "no" ends it.
+
+    Raises:
+        LabError: the board is mirrored, too few poses are found, the board is not where it should be, or the arm fails.
+        InputError: there are too few pictures in the end.
     """
     while not session.views:
         if not session.ask(_FIRST[session.mounting]):
@@ -158,7 +159,7 @@ def collect_guided(session: Session, lab: Lab, arm: Arm) -> None:
 
 
 def _sight(session: Session, lab: Lab, arm: Arm) -> Sight | None:
-    """What is roughly known after the first picture; None after a "no"."""
+    """Return the roughly known poses after the first picture; None after a "no"."""
     robot, within, first = planned_for(lab), limits(lab), arm.qpos
     seen = board_in_camera(session.views[0], session.board, session.K)
     if session.mounting == "fixed":
@@ -182,8 +183,9 @@ def _visit(
     goals: Iterable[Float[np.ndarray, "dof"]],
     lost: bool = False,
 ) -> bool:
-    """Go to one goal after the other and look, until there are enough pictures. Returns False after a "no". With
-    `lost`, raises LabError if the board is out of sight several times in a row.
+    """Go from goal to goal and take pictures, until there are enough. Returns False after a "no".
+
+    With `lost`, raises LabError if the board is out of sight several times in a row.
     """
     misses = 0
     for goal in goals:

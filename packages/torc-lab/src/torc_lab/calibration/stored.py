@@ -1,6 +1,6 @@
-"""Calibrations from what others stored: pictures with a list of the flange's poses, and samples of easy_handeye.
+"""Calibrate from stored data: pictures with a list of the flange's poses, or samples of easy_handeye.
 
-Others give poses in the robot's base frame, unless that is the world.
+Other programs give poses in the robot's base frame, unless that is the world.
 """
 
 import csv
@@ -25,7 +25,7 @@ from torc_lab.cameras.poses import checked_pose, read_mapping
 
 _MAX_BYTES, _MAX_ENTRIES = 2_000_000, 1000
 _SAMPLE_VARIANCE = np.repeat([1e-3**2, 5e-4**2], 3)
-"""Of a marker's pose, turn (rad) then shift (m): samples do not say; the arm's noise is estimated beside it."""
+"""Assumed for a marker's pose, turn (rad) then shift (m), as samples lack it; the arm's noise is estimated too."""
 _IN_WORLD = "T_world_tool0"
 _HOW = (
     "Give a .csv with the columns picture, x, y, z, qx, qy, qz, qw, or a .json or .yaml with a list `poses` of entries "
@@ -39,19 +39,19 @@ _SAMPLES_HOW = (
 
 @dataclass(frozen=True)
 class PoseFrame:
-    """A frame: how messages name it, and where it is in the world."""
+    """A frame: its name in messages, and its pose in the world."""
 
     words: str = "the world frame"
     T_world_frame: Pose = field(default_factory=lambda: np.eye(4))
 
     @property
     def is_world(self) -> bool:
-        """Whether it is the world frame by another name."""
+        """Whether this is the world frame by another name."""
         return bool(np.allclose(self.T_world_frame, np.eye(4)))
 
 
 def base_frame(arm: ArmDescription, turn_deg: float = 0.0) -> PoseFrame:
-    """Return the frame that carries the arm's first joint, turned about its z axis by so much."""
+    """Return the frame that carries the arm's first joint, turned by `turn_deg` about its z axis."""
     T = arm.T_world_base @ make_pose(Rotation.from_euler("z", turn_deg, degrees=True).as_matrix())
     x, y, z = T[:3, 3] + 0.0
     yaw_deg = round(float(np.rad2deg(np.arctan2(T[1, 0], T[0, 0]))))
@@ -62,9 +62,15 @@ def base_frame(arm: ArmDescription, turn_deg: float = 0.0) -> PoseFrame:
 def views_of_pictures(
     poses: Path, pictures: Path, board: Board, frame: PoseFrame | None
 ) -> tuple[list[BoardView], tuple[int, int]]:
-    """Return the views whose picture shows the board, with the flange's poses in the world; and the pictures' width and
-    height. `frame` is that of poses that are not named T_world_tool0; None: such poses are refused. Raises InputError
-    and LabError.
+    """Return the views whose picture shows the board, and the pictures' width and height.
+
+    Args:
+        poses: file with the list of the flange's poses; the views hold them in the world frame.
+        pictures: folder of the pictures.
+        board: the board in them.
+        frame: frame of the poses that are not named T_world_tool0; None refuses those poses.
+
+    Raises InputError and LabError.
     """
     text = read_plain_text(poses, _MAX_BYTES, "the list of poses")
     if poses.suffix == ".csv":
@@ -95,10 +101,11 @@ def views_of_pictures(
 
 
 def samples_of_easy_handeye(path: Path, mounting: Mounting, frame: PoseFrame) -> list[PoseView]:
-    """Return the samples, with the flange's poses in the world; the file gives them in `frame`, the robot_base_frame.
+    """Return the samples, with the flange's poses in the world; the file has them in `frame`, the robot_base_frame.
+
     For a fixed camera easy_handeye stores the base's pose in the hand, not the hand's in the base.
 
-    Raises InputError: unreadable, not of that form, or not of the camera's optical frame.
+    Raises InputError if the file is unreadable, has another form, or does not use the camera's optical frame.
     """
     samples = read_mapping(path, "list of samples", _SAMPLES_HOW).get("samples")
     views = []
@@ -114,7 +121,7 @@ def samples_of_easy_handeye(path: Path, mounting: Mounting, frame: PoseFrame) ->
 
 
 def _entries(path: Path, given: Any, keys: set[str], how: str) -> list[tuple[str, Mapping[Any, Any]]]:
-    """Each entry of a list, and its name for messages. Raises InputError if there are none, or one lacks a key."""
+    """Return each entry and its name for messages. Raises InputError if there are none, or one lacks a key."""
     if not isinstance(given, list) or not 1 <= len(given) <= _MAX_ENTRIES:
         raise InputError(f"{path} holds no list of 1 to {_MAX_ENTRIES} entries. {how}")
     found = [(f"{path}, entry {k + 1}", entry) for k, entry in enumerate(given)]
@@ -125,7 +132,7 @@ def _entries(path: Path, given: Any, keys: set[str], how: str) -> list[tuple[str
 
 
 def _flange(where: str, entry: Mapping[Any, Any], frame: PoseFrame | None) -> Pose:
-    """The flange's pose in the world."""
+    """Return the flange's pose in the world."""
     if _IN_WORLD in entry:
         return checked_pose(where, entry[_IN_WORLD], _HOW)
     pose = checked_pose(where, {k: v for k, v in entry.items() if k != "picture"}, _HOW)

@@ -1,6 +1,6 @@
 """The touch test after a calibration: the fingertips go to 5 cm above the marker on the table, and a person looks.
 
-It tries all at once: where the camera is, where the robot's base is in the world frame, and the robot description.
+It tests everything at once: the camera's pose, the robot's base in the world frame, and the robot description.
 """
 
 import numpy as np
@@ -19,12 +19,12 @@ _TURNS = 8
 
 
 def touch_motion(lab: Lab, marker: TableMarker, qpos: np.ndarray) -> Trajectory | None:
-    """A motion of the open gripper to above the middle of the marker, pointing down; None if no motion is found.
+    """Return a motion of the open gripper, pointing down, to above the marker's middle; None if there is none.
 
     Args:
         lab: the laboratory; its table must be clear.
         marker: where the calibration saw it.
-        qpos: where the arm is, radians.
+        qpos: the arm's joint positions now, radians.
     """
     robot = planned_for(lab)
     turns = np.outer(2 * np.pi * np.arange(_TURNS) / _TURNS, [0.0, 0.0, 1.0])

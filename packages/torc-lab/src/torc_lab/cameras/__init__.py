@@ -1,4 +1,4 @@
-"""Cameras: each is a part of the stage `camera`, opened when its first picture is asked for.
+"""Cameras: each is a part of the stage `camera` and is opened when its first picture is requested.
 
-A camera's library is imported only by the module that speaks to it.
+Only the module that drives a camera imports its library.
 """

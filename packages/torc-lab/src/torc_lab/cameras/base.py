@@ -1,4 +1,4 @@
-"""What real cameras have in common: opened lazily, checked pictures, a pose in the world."""
+"""What real cameras share: they open lazily, check their pictures, and have a pose in the world."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
@@ -23,24 +23,25 @@ class RealCamera(ABC, CameraTraits):
     """Beginning of messages."""
 
     def __init__(self, pose: str | Sequence[float], workspace: Workspace | None = None) -> None:
-        """`pose` is a setting as `read_pose` takes it. Raises InputError for one that is none."""
+        """Read the camera's pose, a setting that `read_pose` accepts. Raises InputError if it is invalid."""
         self._pose = read_pose(pose, workspace or load_workspace())
         self._device: Any = None
-        """What the camera has open and `close` closes; None before the first picture."""
+        """The open device, which `close` closes; None before the first picture."""
 
     def capture(self) -> Observation:
-        """One snapshot, now. The arm's joints are not known: `qpos` is empty.
+        """Return one snapshot, taken now. The joint positions are unknown: `qpos` is empty.
 
-        Raises as `unplaced`, and InputError if the pose is to be estimated, and no support is in sight.
+        Raises as `unplaced`, and InputError if the pose must be estimated but no support is in sight.
         """
         return placed(self.unplaced(), self._pose)
 
     def unplaced(self) -> Observation:
-        """One snapshot, now, in the camera's own frame: its pose is not known.
+        """Return one snapshot, taken now, in the camera's own frame, as its pose is unknown.
 
-        Raises CameraError where the camera cannot be opened, or gives nothing; the next call opens it anew. Raises
-        InputError for a picture that makes no sense (no depth, a wrong unit, intrinsics of another size), and
-        MissingDependencyError without its library.
+        Raises:
+            CameraError: the camera cannot be opened, or returns nothing; the next call opens it again.
+            InputError: the picture makes no sense (no depth, a wrong unit, intrinsics of another size).
+            MissingDependencyError: the camera's library is not installed.
         """
         try:
             seen = self._shoot()
@@ -54,10 +55,10 @@ class RealCamera(ABC, CameraTraits):
 
     @abstractmethod
     def _shoot(self) -> Observation:
-        """What the camera sees now; its pose does not count. A camera that only gives a stereo pair has depth 0."""
+        """Return a picture taken now; its pose is ignored. A camera that only returns a stereo pair has depth 0."""
 
     def close(self) -> None:
-        """Frees the device; may be called twice. The next capture opens it again."""
+        """Free the device; may be called twice. The next capture opens it again."""
         device, self._device = self._device, None
         if device is not None:
             device.close()

@@ -1,4 +1,4 @@
-"""Which cameras torc knows, which libraries of theirs are missing, and which devices are connected."""
+"""List the kinds of camera, their missing libraries and the connected devices; open one of them."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -17,9 +17,9 @@ class CameraKind:
     """A kind of camera.
 
     Attributes:
-        what: in words.
+        what: description for people.
         missing: the library that is not installed and how to get it; "" if nothing is missing.
-        devices: the connected ones; None if nobody can say.
+        devices: the connected ones; None if they cannot be listed.
     """
 
     name: str
@@ -45,9 +45,9 @@ def camera_kinds() -> list[CameraKind]:
 
 
 def open_camera(conditions: Conditions) -> Any:
-    """Return the camera of these conditions, with its settings; nothing is opened before its first picture.
+    """Return the camera of these conditions, with its settings; the device is opened with the first picture.
 
-    Raises InputError for an unknown one, one that needs the simulation, and settings that it does not have.
+    Raises InputError if the camera is unknown or needs the simulation, or if it does not have one of the settings.
     """
     name = conditions.camera
     if name == SIMULATED:

@@ -1,4 +1,4 @@
-"""A snapshot as one picture: colour, depth, and the masks that were found, with what was not seen hatched."""
+"""Draw a snapshot as one picture: colour, depth and masks, with pixels that have no depth hatched."""
 
 import cv2
 import numpy as np
@@ -11,16 +11,20 @@ from torc.records import SegmentedScene
 _GAP_PX = 6
 _STRIPE_PX = 4
 _HATCH = np.array([(40, 40, 46), (235, 60, 200)], np.uint8)
-"""Dark, and a pink that neither colours of depth nor of objects have."""
+"""Dark, and a pink that is used neither for depth nor for objects."""
 _SHARE = 0.45
-"""Of the hatch over the picture of masks."""
+"""Weight of the hatch over the picture of masks."""
 
 
 def snapshot_picture(
     observation: Observation, scene: SegmentedScene | None = None, max_width_px: int | None = None
 ) -> UInt8[np.ndarray, "h v 3"]:
-    """Colour, depth and masks side by side; pixels without a reading of depth are hatched in the last two. Without a
-    scene the last one has no masks. Scaled down where it is wider than `max_width_px`.
+    """Return colour, depth and masks side by side; in the last two, pixels without depth are hatched.
+
+    Args:
+        observation: the snapshot.
+        scene: the masks; without it the third picture has none.
+        max_width_px: scale the result down to this width if it is wider.
     """
     unseen = ~(observation.depth_m > 0)[..., None]
     rows, cols = np.indices(observation.depth_m.shape)
@@ -37,8 +41,9 @@ def snapshot_picture(
 
 
 def depth_colors(depth_m: Float32[np.ndarray, "h w"]) -> UInt8[np.ndarray, "h w 3"]:
-    """Depth as colours, from red (near) to blue (far), by rank: each colour has as many pixels as any other, so that
-    small things stand out before a far wall.
+    """Return depth as colours from red (near) to blue (far), by rank.
+
+    Each colour gets equally many pixels, so that small things stand out in front of a far wall.
     """
     read = depth_m[depth_m > 0]
     if len(read) == 0:

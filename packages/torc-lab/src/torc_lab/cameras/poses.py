@@ -1,7 +1,7 @@
-"""Where a real camera is: from the workspace, as the user says, or estimated from the support in the picture.
+"""Read a real camera's pose: from the workspace, from the user, or estimated from the support in the picture.
 
-A finished calibration of easy_handeye (ROS 1, .yaml) or easy_handeye2 (ROS 2, .calib) says it too. Its transform is the
-pose of `tracking_base_frame` in `robot_base_frame` (eye on base), or in `robot_effector_frame` (eye in hand).
+A finished calibration of easy_handeye (ROS 1, .yaml) or easy_handeye2 (ROS 2, .calib) contains it too. Its transform is
+the pose of `tracking_base_frame` in `robot_base_frame` (eye on base), or in `robot_effector_frame` (eye in hand).
 """
 
 import re
@@ -22,7 +22,7 @@ from torc.workspace.description import Workspace
 
 WORKSPACE, LEVEL = "workspace", "level"
 ON_HAND = "T_tool0_camera"
-"""What a calibration of a camera on the hand holds."""
+"""Key of the pose in the calibration of a camera on the hand."""
 _MAX_BYTES = 2_000_000
 _HOW = (
     "Give --camera.pose level (estimated from the support in each picture), workspace (the camera's pose in the "
@@ -32,9 +32,9 @@ _HOW = (
 
 
 def read_pose(given: str | Sequence[float], workspace: Workspace) -> Pose | None:
-    """T_world_camera (OpenCV axes) by a setting; None where it is to be estimated from each picture.
+    """Return T_world_camera (OpenCV axes) for a setting; None if it must be estimated from each picture.
 
-    Raises InputError for a setting that is no pose, and for a file that cannot be read or holds none.
+    Raises InputError if the setting is not a valid pose, or its file cannot be read or contains no pose.
     """
     if given == LEVEL:
         return None
@@ -51,9 +51,10 @@ def read_pose(given: str | Sequence[float], workspace: Workspace) -> Pose | None
 
 
 def placed(observation: Observation, pose: Pose | None) -> Observation:
-    """The observation with that pose, or else with the one that the support in it gives, in a world of its own.
+    """Return the observation with this pose; without one, estimate it from the support in the picture.
 
-    A picture without depth of its own gets some from its stereo pair for that. Raises InputError if no support is seen.
+    An estimated pose has a world frame of its own. If the picture has no depth, its stereo pair provides the depth for
+    the estimate. Raises InputError if no support is seen.
     """
     if pose is not None:
         return replace(observation, T_world_camera=pose, pose_estimated=False)
@@ -64,12 +65,12 @@ def placed(observation: Observation, pose: Pose | None) -> Observation:
 
 
 def read_mapping(path: Path, what: str, how: str) -> dict[Any, Any]:
-    """The mapping in a YAML or JSON file, which is YAML too. `what` and `how` are for errors. Raises InputError."""
+    """Return the mapping in a YAML or JSON file. `what` and `how` are for error messages. Raises InputError."""
     return parse_plain_yaml(read_plain_text(path, _MAX_BYTES, what), str(path), what, _MAX_BYTES, how)
 
 
 def checked_pose(where: str, given: Any, how: str) -> Pose:
-    """A pose as `parse_pose` takes it, or in a transform of ROS. Raises InputError, which begins with `where`."""
+    """Return a pose given as for `parse_pose`, or as a ROS transform. Raises InputError, beginning with `where`."""
     try:
         is_ros = isinstance(given, Mapping) and "position" not in given
         pose = parse_pose(_parts_of_ros(given) if is_ros else given)
@@ -80,7 +81,7 @@ def checked_pose(where: str, given: Any, how: str) -> Pose:
 
 
 def _parts_of_ros(content: Mapping[Any, Any]) -> dict[str, Any]:
-    """Position and quaternion of x..qw on one level, or of a translation and a rotation. Raises ValueError."""
+    """Return position and quaternion, given as x..qw on one level or as translation and rotation. Raises ValueError."""
     nested = content.get("transformation", content.get("transform", content))
     try:
         turn = nested["rotation"] if "rotation" in nested else {a: nested[f"q{a}"] for a in "xyzw"}
@@ -111,7 +112,7 @@ def _pose_of_file(path: Path) -> Pose:
 
 
 def _check_frames(path: Path, content: Mapping[Any, Any]) -> None:
-    """Raises InputError for a calibration of easy_handeye whose transform is not the camera's pose in the world."""
+    """Raise InputError if the transform of an easy_handeye calibration is not the camera's pose in the world."""
     about = content.get("parameters")
     about = about if isinstance(about, dict) else content
     kind = about.get("calibration_type", about.get("eye_on_hand"))

@@ -1,9 +1,9 @@
 """The camera `realsense`: Intel RealSense D400 and its kin, by pyrealsense2.
 
-Depth is registered to the colour picture (torc_lab.cameras.registration), so both are of the colour camera, with the
-lens's distortion taken out; intrinsics, extrinsics and the unit of depth come from the device. With `infrared` all is
-of the left infrared camera instead, which depth belongs to, and the observation holds both infrared pictures: `--depth
-sgbm` can match them. Colour is then missing where depth is.
+Depth is registered to the colour picture (torc_lab.cameras.registration), so both belong to the colour camera. The
+lens's distortion is removed; intrinsics, extrinsics and the unit of depth come from the device. With `infrared`,
+everything belongs to the left infrared camera instead, in which depth is measured. The observation then holds both
+infrared pictures, which `--depth sgbm` can match, and colour is missing wherever depth is.
 """
 
 from collections.abc import Callable
@@ -25,11 +25,11 @@ from torc_lab.cameras.lens import PinholeMap, pinhole_map, pinhole_matrix
 from torc_lab.cameras.registration import registered_colors, registered_depth
 
 _WAITING = 16
-"""Sets of pictures that may have waited since the last call."""
+"""Sets of pictures that may have queued up since the last call."""
 _MOST_SETS = 30
-"""Sets of pictures that may lack a stream, one after another."""
+"""Sets of pictures in a row that may lack a stream."""
 _SAME_PX = 0.5
-"""The left infrared picture has depth's intrinsics, up to this."""
+"""The left infrared picture must have depth's intrinsics, within this."""
 
 
 @dataclass(frozen=True)
@@ -37,13 +37,13 @@ class RealSenseConfig:
     """A RealSense camera.
 
     Attributes:
-        serial: which one, if several are connected (`torc camera list`).
+        serial: selects one if several are connected (`torc camera list`).
         file: a recording (.bag, .db3) in place of a device.
-        width, height, fps: of all streams, pixels and pictures per second; of a recording those that it has.
-        infrared: the stereo pair too, and everything in the left infrared camera's frame.
-        warm_up: pictures to drop after opening, while the exposure settles; none of a recording.
+        width, height, fps: of all streams, pixels and pictures per second; a recording keeps its own.
+        infrared: add the stereo pair, and use the left infrared camera's frame for everything.
+        warm_up: pictures to drop after opening a device, while the exposure settles; none are dropped from a recording.
         timeout_s: how long to wait for a picture.
-        pose: where the camera is: level, workspace, 16 numbers or a file; see torc_lab.cameras.poses.
+        pose: the camera's pose: level, workspace, 16 numbers or a file; see torc_lab.cameras.poses.
     """
 
     serial: str | int = ""
@@ -64,7 +64,7 @@ class RealSenseConfig:
 
 
 def realsense_library() -> Any:
-    """pyrealsense2. Raises MissingDependencyError where it cannot be imported."""
+    """Return pyrealsense2. Raises MissingDependencyError if it cannot be imported."""
     try:
         import pyrealsense2
     except ImportError as error:
@@ -76,10 +76,10 @@ def realsense_library() -> Any:
 
 
 class PipelineFrames:
-    """The streams of a device or a recording: all of the camera that software devices do without."""
+    """The streams of a device or a recording: the part of the camera that software devices replace."""
 
     def __init__(self, config: RealSenseConfig) -> None:
-        """Starts the streams. Raises CameraError, MissingDependencyError."""
+        """Start the streams. Raises CameraError, MissingDependencyError."""
         rs, c = realsense_library(), config
         self._config, self._pipeline, wanted = config, rs.pipeline(), rs.config()
         if config.file and not Path(config.file).is_file():
@@ -116,8 +116,9 @@ class PipelineFrames:
             ) from error
 
     def wait(self) -> Any:
-        """The next set of pictures (an `rs.composite_frame`); of a device the first whose exposure began after the
-        call. Raises CameraError if none comes.
+        """Return the next set of pictures, an `rs.composite_frame`. Raises CameraError if none comes.
+
+        From a device it is the first set whose exposure began after the call.
         """
         timeout_ms = max(1, round(1000 * self._config.timeout_s))
         try:
@@ -137,7 +138,7 @@ class PipelineFrames:
             ) from error
 
     def close(self) -> None:
-        """Stops the streams."""
+        """Stop the streams."""
         with suppress(RuntimeError):  # it was unplugged
             self._pipeline.stop()
 
@@ -164,7 +165,7 @@ class RealSenseCamera(RealCamera):
         workspace: Workspace | None = None,
         open_frames: Callable[[RealSenseConfig], PipelineFrames] = PipelineFrames,
     ) -> None:
-        """`open_frames` opens the device."""
+        """Store the configuration; `open_frames` opens the device with the first picture."""
         self.config = RealSenseConfig() if config is None else config
         super().__init__(self.config.pose, workspace)
         self._open = open_frames
@@ -178,7 +179,7 @@ class RealSenseCamera(RealCamera):
         return self._observation(self._complete(self._device))
 
     def _complete(self, source: PipelineFrames) -> Any:
-        """The next set with all streams: the first ones after opening may lack some."""
+        """Return the next set with all streams: the first sets after opening may lack some."""
         missing = [""]
         for _ in range(_MOST_SETS):
             frames = source.wait()
@@ -221,8 +222,10 @@ class RealSenseCamera(RealCamera):
         )
 
     def _ideal(self, frame: Any) -> PinholeMap | None:
-        """The map that takes a lens's distortion out; made once. The lens is as librealsense's own projection has it
-        (rs2_project_point_to_pixel): it treats the "inverse" model as the modified one.
+        """Return the map that removes a lens's distortion; it is computed once.
+
+        The lens model is that of librealsense's own projection (rs2_project_point_to_pixel), which treats the "inverse"
+        model as the modified one.
         """
         import pyrealsense2 as rs
 
@@ -248,13 +251,13 @@ def _intrinsics(frame: Any) -> Any:
 
 
 def _matrix(frame: Any) -> Float[np.ndarray, "3 3"]:
-    """K, pixels; librealsense too has pixel centres at integer coordinates."""
+    """Return K, pixels; librealsense too has pixel centres at integer coordinates."""
     lens = _intrinsics(frame)
     return pinhole_matrix(lens.fx, lens.fy, lens.ppx, lens.ppy)
 
 
 def _extrinsics(depth: Any, color: Any) -> Float[np.ndarray, "4 4"]:
-    """T_color_depth: p_color = T @ p_depth. Raises CameraError for a recording without."""
+    """Return T_color_depth: p_color = T @ p_depth. Raises CameraError if a recording lacks it."""
     try:
         found = depth.profile.get_extrinsics_to(color.profile)
     except RuntimeError as error:
@@ -264,7 +267,7 @@ def _extrinsics(depth: Any, color: Any) -> Float[np.ndarray, "4 4"]:
 
 
 def _pixels(color: Any) -> UInt8[np.ndarray, "h w 3"]:
-    """A copy of a colour frame, red first."""
+    """Return a copy of a colour frame, red first."""
     found = color.profile.format().name
     if found not in ("rgb8", "bgr8", "rgba8", "bgra8"):
         raise CameraError(f"RealSense: its colour pictures are {found}. Record them as RGB8 or BGR8.")
@@ -273,7 +276,7 @@ def _pixels(color: Any) -> UInt8[np.ndarray, "h w 3"]:
 
 
 def _pair(frames: Any) -> StereoPair:
-    """The infrared pictures; the left camera is the one that depth belongs to."""
+    """Return the infrared pictures; depth belongs to the left camera."""
     left, right = frames.get_infrared_frame(1), frames.get_infrared_frame(2)
     depth = frames.get_depth_frame()
     sizes = {(f.get_width(), f.get_height()) for f in (left, right, depth)}

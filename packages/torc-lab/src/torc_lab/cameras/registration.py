@@ -1,7 +1,7 @@
-"""Depth of one camera as another one beside it would have measured it, and colours likewise.
+"""Register depth, or colours, of one camera to another camera beside it.
 
-librealsense's `rs.align` does that too, but leaves depth along the first camera's axis, knows the distortion of lenses
-only in the "modified" model, which D400 cameras do not have, and prefers pixels to one side (2.59, x86-64): together
+librealsense's `rs.align` does that too, but it leaves depth along the first camera's axis. It knows lens distortion
+only in the "modified" model, which D400 cameras do not have, and it prefers pixels to one side (2.59, x86-64). Together
 that is up to a centimetre at the picture's rim. So torc has its own, for ideal pinholes.
 """
 
@@ -12,7 +12,7 @@ from jaxtyping import Float, Float32, UInt8
 from torc.geometry.transforms import unproject
 
 _MOST_PX = 8
-"""Pixels of the new picture that one pixel of the old one covers, along a side."""
+"""Most pixels of the new picture, along a side, that one pixel of the old one may cover."""
 _HAIR_PX = 0.25
 
 
@@ -23,17 +23,17 @@ def registered_depth(
     K_other: Float[np.ndarray, "3 3"],
     shape: tuple[int, int],
 ) -> Float32[np.ndarray, "v u"]:
-    """Depth along the other camera's axis at the pixels of its picture of that height and width; 0 where this camera
-    has no reading of what the other one sees.
+    """Return depth as the other camera would measure it; 0 where this camera has no reading of the surface.
 
-    A pixel is a square that faces the camera; the other camera's pixels whose middle it covers get its depth, the
-    nearest if several do. So each gets the reading that belongs to it, and none is made up. Pixels that are missed by a
-    hair, as squares of a slanted surface do not quite meet, get what lies within a quarter of a pixel.
+    A pixel is treated as a square that faces the camera. The other camera's pixels whose middle it covers get its
+    depth, the nearest if several squares cover them. So readings are moved, never invented. Squares of a slanted
+    surface do not quite meet; pixels in these gaps get the depth of a square within a quarter of a pixel.
 
     Args:
         depth_m: along this camera's axis, 0 for no reading.
         K, K_other: intrinsics, pixels.
         T_other_this: p_other = T_other_this @ p_this.
+        shape: height and width of the other camera's picture, and of the result.
     """
     rows, cols = np.nonzero(depth_m > 0)
     far_first = np.argsort(-depth_m[rows, cols])
@@ -56,7 +56,7 @@ def _covered(
     z: Float[np.ndarray, "n"],
     shape: tuple[int, int],
 ) -> Float[np.ndarray, "v u"]:
-    """The least z of the rectangles, given from far to near, that cover a pixel's middle; infinite without one."""
+    """Return the least z of the rectangles, ordered far to near, that cover each pixel's middle; else infinity."""
     first = np.ceil(low).astype(np.int32)
     count = np.ceil(high).astype(np.int32) - first
     out = np.full(shape, np.inf)
@@ -78,8 +78,10 @@ def registered_colors(
     K: Float[np.ndarray, "3 3"],
     T_other_this: Float[np.ndarray, "4 4"],
 ) -> UInt8[np.ndarray, "h w 3"]:
-    """Another camera's colours at the pixels of this camera's depth; black where there is no reading, or the other
-    camera does not see it. The arguments are as those of `registered_depth`.
+    """Return the other camera's colours at the pixels of this camera's depth.
+
+    Pixels are black if they have no reading or the other camera does not see them. The arguments are as in
+    `registered_depth`.
     """
     rows, cols = np.mgrid[: depth_m.shape[0], : depth_m.shape[1]]
     points = unproject(rows, cols, depth_m.astype(np.float64), K, T_other_this)
@@ -90,6 +92,6 @@ def registered_colors(
 
 
 def _pixels(points: Float[np.ndarray, "n 3"], K: np.ndarray) -> Float[np.ndarray, "n 2"]:
-    """Columns and rows."""
+    """Return columns and rows."""
     z = np.maximum(points[:, 2], 1e-6)
     return np.stack([K[0, 0] * points[:, 0] / z + K[0, 2], K[1, 1] * points[:, 1] / z + K[1, 2]], axis=-1)

@@ -1,7 +1,7 @@
-"""The camera `ros`: image topics of ROS 1 or ROS 2, by rosbridge. No ROS is needed on this machine.
+"""The camera `ros`: image topics of ROS 1 or ROS 2, by rosbridge. ROS is not needed on this machine.
 
-A snapshot subscribes to the topics, takes a colour and a depth picture of one moment, and unsubscribes: as JSON a
-picture has 1 to 3 MB, which nobody should send thirty times a second.
+Each snapshot subscribes to the topics, takes a colour and a depth picture of one moment, and unsubscribes: a picture
+takes 1 to 3 MB as JSON, too much to send thirty times a second.
 """
 
 import time
@@ -31,14 +31,14 @@ class RosConfig:
     """Image topics.
 
     Attributes:
-        url: of rosbridge.
+        url: address of rosbridge.
         color, depth, info: topics of the colour picture, of depth that is registered to it, and of its CameraInfo. The
             defaults are realsense-ros's with align_depth on; in ROS 2 they begin with /camera/camera.
         rectified: the pictures were rectified in ROS (image_rect_color and the like): P of CameraInfo holds, not K.
         same_frame: refuse depth whose header names another frame than the colour picture's: it is not registered.
-        max_lag_s: a colour and a depth picture of one moment are no further apart.
+        max_lag_s: largest time between a colour and a depth picture that are used together.
         timeout_s: how long to wait for the connection, and for pictures.
-        pose: where the colour camera is: level, workspace, 16 numbers or a file; see torc_lab.cameras.poses.
+        pose: the colour camera's pose: level, workspace, 16 numbers or a file; see torc_lab.cameras.poses.
     """
 
     url: str = "ws://localhost:9090"
@@ -57,7 +57,7 @@ class RosConfig:
 
 
 class RosCamera(RealCamera):
-    """A camera that ROS publishes."""
+    """A camera whose pictures ROS publishes."""
 
     what: ClassVar[str] = "The ROS camera"
 
@@ -82,7 +82,7 @@ class RosCamera(RealCamera):
         return self._observation(color, depth, read_lens(c.info, info, c.rectified))
 
     def _messages(self, bridge: Rosbridge) -> tuple[Any, RosImage, RosImage]:
-        """CameraInfo, a colour and a depth picture, all sent after this call."""
+        """Return CameraInfo, a colour and a depth picture, all sent after this call."""
         c, deadline = self.config, time.monotonic() + self.config.timeout_s
         with ExitStack() as stack:
             info, color, depth = (
@@ -91,7 +91,7 @@ class RosCamera(RealCamera):
             return info.message(), *self._of_one_moment(color, depth)
 
     def _of_one_moment(self, color: Newest, depth: Newest) -> tuple[RosImage, RosImage]:
-        """The first colour and depth picture that are no further apart than max_lag_s."""
+        """Return the first colour and depth picture that are at most max_lag_s apart."""
         sources = color, depth
         pictures = [read_image(source.topic, source.message()) for source in sources]
         while (apart_s := abs(pictures[0].stamp_s - pictures[1].stamp_s)) > self.config.max_lag_s:

@@ -1,4 +1,4 @@
-"""sensor_msgs/Image, CompressedImage and CameraInfo as rosbridge gives them, in the forms of ROS 1 and of ROS 2."""
+"""Read sensor_msgs/Image, CompressedImage and CameraInfo from rosbridge, in the forms of ROS 1 and of ROS 2."""
 
 import base64
 import struct
@@ -42,8 +42,9 @@ class RosImage:
     frame_id: str
 
     def colors(self) -> UInt8[np.ndarray, "h w 3"]:
-        """Red first; grey pictures as three equal channels, those of 16 bits scaled to their brightest pixel. Raises
-        InputError for a picture of depth.
+        """Return colours, red first. Raises InputError for a depth picture.
+
+        Grey pictures get three equal channels; those of 16 bits are scaled to their brightest pixel.
         """
         if self.encoding.startswith("mono"):
             brightest = 255 if self.encoding == "mono8" else max(1, int(self.pixels.max()))
@@ -57,8 +58,9 @@ class RosImage:
         return np.ascontiguousarray(self.pixels[..., :3][..., ::order])
 
     def depth_m(self) -> Float32[np.ndarray, "h w"]:
-        """Metres: 16UC1 and mono16 are in millimetres, 32FC1 in metres, with NaN and infinity for no reading (REP 118).
-        Raises InputError for a colour picture.
+        """Return depth in metres. Raises InputError for a colour picture.
+
+        16UC1 and mono16 are in millimetres, 32FC1 in metres, with NaN and infinity for no reading (REP 118).
         """
         if self.pixels.ndim != 2 or self.encoding == "mono8":
             raise InputError(
@@ -69,9 +71,7 @@ class RosImage:
 
 @dataclass(frozen=True)
 class RosLens:
-    """What CameraInfo tells of pictures of that size: an ideal pinhole, and how to make its picture, if it is not the
-    one that was sent.
-    """
+    """A lens as CameraInfo describes it: an ideal pinhole, and the map to its picture if the sent one differs."""
 
     width: int
     height: int
@@ -81,7 +81,7 @@ class RosLens:
 
 @contextmanager
 def _reading(topic: str) -> Iterator[None]:
-    """One error for whatever is wrong with the form of a message."""
+    """Turn every fault in the form of a message into one InputError."""
     try:
         yield
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError, cv2.error) as error:
@@ -92,8 +92,9 @@ def _reading(topic: str) -> Iterator[None]:
 
 
 def read_image(topic: str, message: Any) -> RosImage:
-    """A sensor_msgs/Image or CompressedImage. Raises InputError for another message, an encoding that is not known, and
-    sizes that do not fit the data.
+    """Return a sensor_msgs/Image or CompressedImage as a RosImage.
+
+    Raises InputError if it is another message, its encoding is unknown, or its size does not fit the data.
     """
     with _reading(topic):
         data = base64.b64decode(message["data"], validate=True)
@@ -117,9 +118,9 @@ def read_image(topic: str, message: Any) -> RosImage:
 
 
 def read_lens(topic: str, message: Any, rectified: bool) -> RosLens:
-    """A sensor_msgs/CameraInfo. `rectified`: the pictures were rectified already, so that P holds, not K.
+    """Return the lens of a sensor_msgs/CameraInfo. If `rectified`, the pictures were rectified: P holds, not K.
 
-    Raises InputError for another message, a camera without calibration, and a lens that is not known.
+    Raises InputError if it is another message, the camera is not calibrated, or the distortion model is unknown.
     """
     with _reading(topic):
         width, height, model = int(message["width"]), int(message["height"]), message["distortion_model"]
@@ -141,7 +142,7 @@ def read_lens(topic: str, message: Any, rectified: bool) -> RosLens:
 
 
 def _numbers(message: Any, name: str) -> Float[np.ndarray, "n"]:
-    """A field of CameraInfo: upper case in ROS 1, lower case in ROS 2."""
+    """Return a field of CameraInfo: upper case in ROS 1, lower case in ROS 2."""
     numbers = np.array(message[name if name in message else name.lower()], dtype=float).ravel()
     if not np.isfinite(numbers).all():
         raise ValueError(f"{name} has {numbers.tolist()}")
@@ -149,7 +150,7 @@ def _numbers(message: Any, name: str) -> Float[np.ndarray, "n"]:
 
 
 def _decompressed(topic: str, form: str, data: bytes) -> tuple[str, np.ndarray]:
-    """Encoding and pixels of image_transport's JPEG or PNG, or of a depth picture as PNG behind a header."""
+    """Return encoding and pixels of image_transport's JPEG or PNG, or of a depth picture as PNG behind a header."""
     if "compressedDepth" not in form:
         # OpenCV decodes to blue first, whatever the encoding was.
         return "bgr8", _decoded(data, cv2.IMREAD_COLOR)

@@ -1,8 +1,8 @@
 """The camera `zed`: a ZED by the maker's SDK, which measures depth itself.
 
-**This has not been run yet**: the SDK needs a CUDA device and a camera. It is written after the documented Python
-interface (https://www.stereolabs.com/docs/api/python/, SDK 4 and 5), and tested against a double of that. A package
-called pyzed on PyPI has nothing to do with it.
+**This has not been run yet**: the SDK needs a CUDA device and a camera. It follows the documented Python interface
+(https://www.stereolabs.com/docs/api/python/, SDK 4 and 5), and is tested against a double of it. The package pyzed on
+PyPI is unrelated.
 """
 
 from dataclasses import dataclass
@@ -26,14 +26,14 @@ class ZedConfig:
     """A ZED with SDK.
 
     Attributes:
-        serial: which one, if several are connected.
+        serial: selects one if several are connected.
         file: a recording (.svo, .svo2) in place of a device.
         resolution: a name of sl.RESOLUTION: HD2K, HD1200, HD1080, HD720, SVGA, VGA.
-        depth_mode: a name of sl.DEPTH_MODE, such as NEURAL, NEURAL_PLUS, ULTRA, PERFORMANCE.
-        min_depth_m: nearer there is no reading.
-        pair: both grey pictures too, for another depth stage.
+        depth_mode: a name of sl.DEPTH_MODE: NEURAL, NEURAL_PLUS, ULTRA, PERFORMANCE and others.
+        min_depth_m: nearest depth that is measured.
+        pair: add both grey pictures, for another depth stage.
         warm_up: pictures to drop after opening.
-        pose: where the left camera is: level, workspace, 16 numbers or a file; see torc_lab.cameras.poses.
+        pose: the left camera's pose: level, workspace, 16 numbers or a file; see torc_lab.cameras.poses.
     """
 
     serial: int = 0
@@ -47,7 +47,7 @@ class ZedConfig:
 
 
 def zed_library() -> Any:
-    """pyzed.sl. Raises MissingDependencyError without it; that names the foreign package if it is in the way."""
+    """Return pyzed.sl. Raises MissingDependencyError without it, and names the unrelated package if it is installed."""
     try:
         import pyzed.sl
     except ImportError as error:
@@ -62,7 +62,7 @@ def zed_library() -> Any:
 
 
 class ZedCamera(RealCamera):
-    """A ZED, or a recording of one, with the depth that the SDK measures in its left picture."""
+    """A ZED, or a recording of one, with the depth that the SDK measures for its left picture."""
 
     what: ClassVar[str] = "ZED"
 

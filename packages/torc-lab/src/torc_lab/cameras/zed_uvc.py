@@ -1,13 +1,13 @@
-"""The camera `zed-uvc`: a ZED on USB without the maker's SDK, as the webcam that it is: both pictures side by side.
+"""The camera `zed-uvc`: a ZED on USB without the maker's SDK, used as a webcam that sends both pictures side by side.
 
-It gives colour of the left camera and a stereo pair, rectified by the factory calibration, and no depth: that is for
-the depth stage (`--depth sgbm`). ZED, ZED 2, ZED 2i and ZED Mini are such cameras; those with GMSL plugs are not.
+It returns the left camera's colours and a stereo pair, rectified by the factory calibration, but no depth: the depth
+stage computes it (`--depth sgbm`). ZED, ZED 2, ZED 2i and ZED Mini work; cameras with GMSL plugs do not.
 
 The factory calibration, SN<serial>.conf, is an INI. Per resolution (2K, FHD, HD, VGA) it has the sections LEFT_CAM_HD
 and RIGHT_CAM_HD with fx, fy, cx, cy in pixels and k1, k2, p1, p2, k3 in OpenCV's model; STEREO has Baseline, TY_HD and
 TZ_HD (or TY, TZ) in millimetres, and the rotation vector RX_HD, CV_HD, RZ_HD. The maker's own calibration tool writes
-Baseline, TY and TZ as -t_x, t_y and t_z of OpenCV's stereoCalibrate: a point of the left camera is R p + t in the right
-one's.
+Baseline, TY and TZ as -t_x, t_y and t_z of OpenCV's stereoCalibrate: a point p of the left camera is R p + t in the
+right one's frame.
 """
 
 import configparser
@@ -41,14 +41,14 @@ _REMEDY = (
 _BASELINES_MM = (20.0, 300.0)
 _FEWEST_TRACKED = 30
 _MOST_TURN = 0.2
-"""Radians between the two cameras."""
+"""Largest rotation between the two cameras, radians."""
 Lens = tuple[Float[np.ndarray, "3 3"], Float[np.ndarray, "5"]]
 """Intrinsics, pixels, and k1, k2, p1, p2, k3."""
 _VIDEO_DEVICES = Path("/sys/class/video4linux")
 _WAITING = 5
-"""Pictures that the driver may have kept since the last call; they are dropped, and the one under way."""
+"""Pictures that the driver may have buffered since the last call; they are dropped, and so is the one under way."""
 _MOST_ROWS = 2.0
-"""By which the same point may be higher in one rectified picture than in the other."""
+"""Most rows by which a point may differ in height between the rectified pictures."""
 _PLACES = ("~/zed/settings", "/usr/local/zed/settings")
 """Where the maker's software keeps calibration files."""
 
@@ -59,11 +59,10 @@ class ZedUvcConfig:
 
     Attributes:
         device: number of the video device, a path such as /dev/video2, or a film or numbered pictures of one.
-        calibration: the camera's SN<serial>.conf; if none is given, the only one that is found in ~/zed/settings or
-            /usr/local/zed/settings.
+        calibration: the camera's SN<serial>.conf; by default the only one in ~/zed/settings or /usr/local/zed/settings.
         resolution: 2K, FHD, HD or VGA.
         warm_up: pictures to drop after opening a device, while the exposure settles.
-        pose: where the rectified left camera is: level, workspace, 16 numbers or a file; see torc_lab.cameras.poses.
+        pose: the rectified left camera's pose: level, workspace, 16 numbers or a file; see torc_lab.cameras.poses.
     """
 
     device: int | str = 0
@@ -78,7 +77,7 @@ class ZedUvcConfig:
 
     @property
     def live(self) -> bool:
-        """Whether it is a device, not a film."""
+        """Whether this is a device, not a film."""
         return isinstance(self.device, int) or self.device.startswith("/dev/")
 
 
@@ -99,14 +98,14 @@ class ZedUvcCamera(RealCamera):
         workspace: Workspace | None = None,
         open_video: Callable[[ZedUvcConfig], Any] | None = None,
     ) -> None:
-        """`open_video` gives a cv2.VideoCapture."""
+        """Store the configuration; `open_video` opens a cv2.VideoCapture with the first picture."""
         self.config = ZedUvcConfig() if config is None else config
         super().__init__(self.config.pose, workspace)
         self._open = open_video or _open_video
         self._rectifier: Rectifier | None = None
 
     def close(self) -> None:
-        """Frees the device; the next capture opens it again."""
+        """Free the device; the next capture opens it again."""
         video, self._device = self._device, None
         if video is not None:
             video.release()
@@ -140,7 +139,7 @@ class ZedUvcCamera(RealCamera):
         )
 
     def _halves(self) -> tuple[UInt8[np.ndarray, "h w 3"], UInt8[np.ndarray, "h w 3"]]:
-        """The left and the right picture, blue first."""
+        """Return the left and the right picture, blue first."""
         good, picture = self._device.read()
         if not good or picture is None:
             gone = (
@@ -158,7 +157,7 @@ class ZedUvcCamera(RealCamera):
 
 
 def find_calibration(given: str) -> Path:
-    """The calibration file. Raises InputError if none is given, and none or several are found."""
+    """Return the path of the calibration. Raises InputError if none is given and not exactly one is found."""
     if given:
         return Path(given).expanduser()
     found = sorted({p for place in _PLACES for p in Path(place).expanduser().glob("SN*.conf")})
@@ -172,7 +171,7 @@ def find_calibration(given: str) -> Path:
 
 
 def _open_video(config: ZedUvcConfig) -> cv2.VideoCapture:
-    """The device, set to both pictures side by side. Raises CameraError."""
+    """Open the device, set to both pictures side by side. Raises CameraError."""
     video = cv2.VideoCapture(config.device)
     if not video.isOpened():
         raise CameraError(
@@ -191,14 +190,18 @@ def _open_video(config: ZedUvcConfig) -> cv2.VideoCapture:
 def read_calibration(
     path: Path, resolution: str
 ) -> tuple[Lens, Lens, Float[np.ndarray, "3 3"], Float[np.ndarray, "3"]]:
-    """Both lenses, left first, R_right_left and t_m: p_right = R_right_left @ p_left + t_m; for one of SIZES.
+    """Read the factory calibration for a resolution, one of SIZES.
 
-    Raises InputError for a file that cannot be read, lacks a value, or holds ones that cannot be.
+    Returns:
+        Both lenses, left first, then R_right_left and t_m (metres): p_right = R_right_left @ p_left + t_m.
+
+    Raises:
+        InputError: the file cannot be read, lacks a value, or holds impossible ones.
     """
     file = configparser.ConfigParser(interpolation=None, strict=False)
 
     def number(section: str, *names: str) -> float:
-        """The first of these keys that is there."""
+        """Return the value of the first of these keys that exists."""
         name = next((n for n in names if file.has_option(section, n)), names[0])
         found = float(re.split("[#;]", file.get(section, name))[0])
         if not np.isfinite(found):
@@ -230,17 +233,18 @@ def read_calibration(
 
 
 class Rectifier:
-    """Turns both pictures so that a point is in the same row of both, and takes the lenses' distortion out (Bouguet's
-    method, as OpenCV's stereoRectify has it).
+    """Rectifies both pictures, and removes the lenses' distortion.
+
+    A point is then in the same row of both (Bouguet's method, as in OpenCV's stereoRectify).
 
     Attributes:
         K: intrinsics of both rectified pictures, pixels.
-        baseline_m: between them.
-        R_rectified_left: from the left camera's own frame to the rectified one's.
+        baseline_m: distance between the cameras.
+        R_rectified_left: rotates from the left camera's own frame to the rectified one.
     """
 
     def __init__(self, path: Path, resolution: str) -> None:
-        """Raises InputError as `read_calibration`."""
+        """Compute the maps. Raises InputError as `read_calibration`."""
         (K_left, lens_left), (K_right, lens_right), R, t_m = read_calibration(path, resolution)
         size = SIZES[resolution]
         R_left, R_right, P_left, P_right, *_ = cv2.stereoRectify(
@@ -259,14 +263,15 @@ class Rectifier:
     def rectify(
         self, left: UInt8[np.ndarray, "h w *c"], right: UInt8[np.ndarray, "h w *c"]
     ) -> tuple[UInt8[np.ndarray, "h w *c"], UInt8[np.ndarray, "h w *c"]]:
-        """Both pictures, of the calibration's size, rectified."""
+        """Return both pictures rectified; they must have the calibration's size."""
         found = [cv2.remap(p, *maps, cv2.INTER_LINEAR) for p, maps in zip((left, right), self._maps)]
         return np.asarray(found[0], np.uint8), np.asarray(found[1], np.uint8)
 
 
 def row_difference(left: UInt8[np.ndarray, "h w"], right: UInt8[np.ndarray, "h w"]) -> float | None:
-    """How many rows the same points are apart in two rectified grey pictures, as the median; None where too few points
-    are found again. More than a pixel or two, and the calibration is another camera's.
+    """Return the median row difference of points in two rectified grey pictures; None if too few points match.
+
+    If it exceeds a pixel or two, the calibration belongs to another camera.
     """
     starts = cv2.goodFeaturesToTrack(left, 300, 0.01, 8)
     if starts is None:
@@ -281,7 +286,7 @@ def row_difference(left: UInt8[np.ndarray, "h w"], right: UInt8[np.ndarray, "h w
 
 
 def _tracked(start: np.ndarray, end: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Where points (n, 1, 2) of one picture are in another, and which were found (Lucas and Kanade 1981)."""
+    """Return where points (n, 1, 2) of one picture are in another, and which were found (Lucas and Kanade 1981)."""
     there, found, _ = cv2.calcOpticalFlowPyrLK(
         start, end, points, np.zeros_like(points), winSize=(21, 21), maxLevel=5
     )

@@ -40,7 +40,7 @@ class LabBenchCommand:
     scenes: Annotated[tuple[Path, ...], tyro.conf.arg(metavar="DIR...")]
     """Directories of scenes."""
     out: Annotated[Path, tyro.conf.arg(metavar="DIR")]
-    """Directory of the benchmark; made, or gone on with if it exists."""
+    """Directory of the benchmark; created, or continued if it exists."""
     lab: Path = Path("lab.yaml")
     """The lab file."""
     planners: Annotated[str, tyro.conf.arg(metavar="A,B,...")] = "random,dg-select"
@@ -54,7 +54,7 @@ class LabBenchCommand:
     confirm: Literal["motion", "pick", "never"] = "motion"
     """Ask before each motion, before the first motion of each pick, or never within a trial."""
     limit: int | None = None
-    """Play at most so many trials now; the next call goes on from there."""
+    """Play at most this many trials now; the next call continues from there."""
     dry_run: bool = False
     """Only say what would be played, and in which order."""
     page: bool = False
@@ -63,7 +63,7 @@ class LabBenchCommand:
     vlm: VlmOptions = field(default_factory=VlmOptions)
 
     def run(self) -> int:
-        """Play; returns the exit code."""
+        """Play the trials; return the exit code."""
         from torc import InputError
         from torc.benchmark.store import Store
         from torc_lab.bench.playing import plan_lab_bench

@@ -34,7 +34,7 @@ class BoardOptions:
     """Side of a marker."""
 
     def board(self) -> Board:
-        """The board. Raises InputError."""
+        """Return the board. Raises InputError if its measures are not valid."""
         from torc_lab.calibration.board import Board
 
         return Board(self.columns, self.rows, self.square_m, self.marker_m)
@@ -50,7 +50,7 @@ class BoardCommand:
     options: tyro.conf.OmitArgPrefixes[BoardOptions] = field(default_factory=BoardOptions)
 
     def run(self) -> int:
-        """Write it."""
+        """Write the board; return the exit code."""
         from torc_lab.calibration.printing import write_board
 
         files = " and ".join(map(str, write_board(self.options.board(), self.out)))
@@ -75,7 +75,7 @@ class CalibrateCommand:
     out: Path = Path("calibration.yaml")
     """Where the camera's pose is written."""
     poses: int = 20
-    """So many pictures."""
+    """Number of pictures."""
     jog: bool = False
     """Bring the arm from pose to pose by its pendant; torc moves nothing."""
     mount: Literal["fixed", "hand"] = "fixed"
@@ -96,7 +96,7 @@ class CalibrateCommand:
     options: tyro.conf.OmitArgPrefixes[BoardOptions] = field(default_factory=BoardOptions)
 
     def run(self) -> int:
-        """Calibrate."""
+        """Calibrate; return the exit code."""
         self._check()
         self.out.parent.mkdir(parents=True, exist_ok=True)
         with self.out.open("a"):  # twenty pictures later is too late to learn that it cannot be written
@@ -110,7 +110,7 @@ class CalibrateCommand:
         return 0
 
     def _check(self) -> None:
-        """Raises InputError for options that do not fit together."""
+        """Raise InputError if options contradict each other, or one that belongs to others is missing."""
         from torc_lab.calibration.hand_eye import LEAST_VIEWS
 
         stored = (self.poses_file, self.pictures, self.intrinsics)
@@ -169,7 +169,7 @@ class CalibrateCommand:
         print(f"The samples' robot_base_frame was taken to be {frame.words}.")
 
     def _frame(self) -> PoseFrame:
-        """The frame of recorded poses: the base, if it is not given."""
+        """Return the frame of recorded poses, the base unless --frame says otherwise."""
         from torc_lab.calibration.stored import PoseFrame, base_frame
         from torc_lab.lab_file import load_lab
 

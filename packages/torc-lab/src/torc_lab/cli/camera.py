@@ -41,12 +41,12 @@ class CameraOptions:
     perception: str = "embedded"
     """Perception: what finds the objects."""
     workspace: str = DEFAULT_WORKSPACE
-    """Whose camera pose counts with --camera.pose workspace: paper, or a workspace file of your own."""
+    """Whose camera pose counts with --camera.pose workspace: paper, or your own workspace file."""
     settings: Settings = field(default_factory=dict)
     """Settings of the stages, by dotted path."""
 
     def conditions(self) -> Conditions:
-        """As the stages are made from them."""
+        """Return the options as conditions, to build the stages from."""
         return Conditions(
             camera=self.camera,
             depth=self.depth,
@@ -57,7 +57,7 @@ class CameraOptions:
 
     @contextmanager
     def opened(self) -> Iterator[Any]:
-        """The camera, closed at the end of the block. Raises InputError."""
+        """Open the camera, and close it at the end of the block. Raises InputError."""
         from torc.registry.kinds import CAMERAS
         from torc_lab.cameras.kinds import open_camera
 
@@ -75,7 +75,7 @@ class ListCommand:
     json: Annotated[bool, tyro.conf.arg(help="Print as JSON.")] = False
 
     def run(self) -> int:
-        """Print them."""
+        """Print the list; return the exit code."""
         from torc_lab.cameras.kinds import camera_kinds
 
         kinds = camera_kinds()
@@ -112,7 +112,7 @@ class ShowCommand:
     page: PageOptions = field(default_factory=PageOptions)
 
     def run(self) -> int:
-        """Look once, or until Ctrl-C."""
+        """Look once, or until Ctrl-C; return the exit code."""
         if self.out is None:
             check_web_libraries()
             return self._live()
@@ -130,7 +130,7 @@ class ShowCommand:
         return 0
 
     def _see(self, camera: Any) -> Sight:
-        """What is seen, also where the camera's pose cannot be estimated: then it has to be turned."""
+        """Return what the camera sees, even if its pose cannot be estimated, so that it can be turned."""
         from torc.brain.seeing import Sight, measured, see
         from torc.perception.checked_scenes import ask_camera
         from torc.registry.kinds import CAMERAS
@@ -170,8 +170,8 @@ class RecordCommand:
       torc camera record --camera realsense --out frames
       torc decide frames/frame_0001
 
-    Where the camera is says --camera.pose; if it is estimated (level, the default), the frame says so. Frames that are
-    there already stay: numbers go on.
+    --camera.pose says where the camera is; if its pose is estimated (level, the default), the frame says so. Existing
+    frames are kept: numbering continues.
     """
 
     camera: CameraOptions
@@ -185,7 +185,7 @@ class RecordCommand:
     """The target in words, for planners that ask a model; stored in each frame."""
 
     def run(self) -> int:
-        """Write them, a line for each."""
+        """Write the frames and print a line for each; return the exit code."""
         from torc.brain.seeing import measured
         from torc.perception.checked_scenes import ask_camera
         from torc.pipeline.frames import save_observation
@@ -207,7 +207,7 @@ class RecordCommand:
 
 
 def _told(observation: Observation) -> str:
-    """A line about a frame; what `torc decide` will say of it goes to stderr if it is a complaint."""
+    """Return a line about a frame; warn on stderr if `torc decide` will refuse it."""
     from torc.brain.seeing import Sight
     from torc.pipeline.frames import frame_of
 

@@ -34,7 +34,7 @@ class ExampleCommand:
     name: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="[NAME]")] = ""
 
     def run(self) -> int:
-        """Print it."""
+        """Print the file or the list; return the exit code."""
         from torc.errors import UnknownNameError
         from torc_lab.lab_file import example_labs
 
@@ -64,7 +64,7 @@ class CheckCommand:
     json: Annotated[bool, tyro.conf.arg(help="Print a line of JSON per finding.")] = False
 
     def run(self) -> int:
-        """Check."""
+        """Check the devices; return the exit code."""
         from torc_lab.checking import check_lab
         from torc_lab.lab_file import load_lab
         from torc_lab.person import ask_in_terminal
@@ -107,7 +107,7 @@ class TwinCommand:
     """Also write reference pictures of the problem's target there, for `torc retrieve --reference DIR/*.png`."""
 
     def run(self) -> int:
-        """Run until Ctrl-C."""
+        """Run the twins until Ctrl-C; return the exit code."""
         from torc import load_problem
         from torc_lab.lab_file import load_lab
         from torc_lab.twin.rehearsal import ACTIONS, FAULTS, rehearsal, write_lab
@@ -129,7 +129,7 @@ class TwinCommand:
 
 
 def _obey(there: Rehearsal, lines: Iterable[str]) -> None:
-    """Does what is typed."""
+    """Carry out typed commands, one per line."""
     from torc_lab.twin.rehearsal import ACTIONS, FAULTS
 
     words = {**FAULTS, **ACTIONS}

@@ -42,7 +42,7 @@ class RetrieveCommand:
     """Pictures of the target from some sides, one to five will do, by which torc knows it."""
     target_size: Annotated[tuple[float, float] | None, tyro.conf.arg(metavar="LENGTH THICKNESS")] = None
     """How long the target is, corner to corner, and the width of the narrowest tube it goes through, in metres, beside
-    pictures of it; that tells things apart that look alike."""
+    pictures of it; that distinguishes things that look alike."""
     planner: str = "dg-select"
     """Task planner."""
     planner_settings: Annotated[Settings, tyro.conf.Suppress, tyro.conf.Fixed] = field(default_factory=dict)
@@ -52,7 +52,7 @@ class RetrieveCommand:
     dry_run: bool = False
     """Look, decide and plan once; move nothing."""
     live: bool = False
-    """Show each pick in a browser as it comes, with the way of the planned motions in its 3-D view before they are
+    """Show each pick in a browser as it comes, with the path of the planned motions in its 3-D view before they are
     confirmed; the page stays until Ctrl-C."""
     seed: int = 0
     """Decides all random draws."""
@@ -66,7 +66,7 @@ class RetrieveCommand:
     vlm: VlmOptions = field(default_factory=VlmOptions)
 
     def run(self) -> int:
-        """Run the trial; returns the exit code."""
+        """Run the trial; return the exit code."""
         from torc.registry.loading import short_part_name
         from torc_lab.lab_file import load_lab
         from torc_lab.retrieval import lab_spec

@@ -18,7 +18,7 @@ class SceneCommand:
       torc lab scene scenes/mugs --page                # lays it out again
 
     Laid out again, each object has a number from 0 to 1: how far it overlaps with where it was. With --page a picture
-    in the browser shows live where everything has to be; without, the terminal tells the numbers.
+    in the browser shows live where everything has to be; without it, the terminal prints the numbers.
 
     Exit code 0 when the scene was stored or laid out, 1 when you stopped before, 2 on bad arguments.
     """
@@ -41,11 +41,11 @@ class SceneCommand:
     page: bool = False
     """To lay out: show the live picture in a browser, too."""
     overwrite: bool = False
-    """Store anew what was stored before."""
+    """Replace a stored scene."""
     page_options: PageOptions = field(default_factory=PageOptions)
 
     def run(self) -> int:
-        """Store, or lay out."""
+        """Store the scene, or lay it out; return the exit code."""
         from torc import InputError
         from torc_lab.scenes.scene import is_scene
 

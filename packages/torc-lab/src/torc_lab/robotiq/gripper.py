@@ -1,4 +1,4 @@
-"""The `Gripper` of torc.robots.protocols on a Robotiq 2F."""
+"""The `Gripper` of torc.robots.protocols for a Robotiq 2F."""
 
 import threading
 import time
@@ -15,22 +15,26 @@ from torc_lab.robotiq.wires import DEVICE, ModbusWire, UrcapWire, Wire
 FORCE_N = (20.0, 235.0)
 """Least and most grip force of a 2F-85 (its data sheet)."""
 _FORCE_140_N = (10.0, 125.0)
-"""Of a 2F-140."""
+"""Least and most grip force of a 2F-140."""
 _WIDE_M = 0.1
-"""What opens wider is a 2F-140."""
+"""A gripper that opens wider is a 2F-140."""
 _ACTIVATION_S, _MOTION_S, _ECHO_S = 10.0, 6.0, 0.5
 _POLL_S = 0.01
 _ALIVE_S = 0.2
-"""The gripper is asked for its status so often while nobody else asks: after a second of silence it complains, and
-somebody who commands it beside torc is noticed.
+"""Interval at which an idle gripper is polled.
+
+After a second of silence it reports a fault. Polling also shows that another client commands it.
 """
 
 
 @dataclass(frozen=True)
 class WidthScale:
-    """Which positions (0 to 255) the fingers really reach; `calibrate` measures them. The width is linear between.
+    """Positions (0 to 255) that the open and the closed fingers really reach; `calibrate` measures them.
+
+    The width is linear between them.
 
     Attributes:
+        open_count, closed_count: the positions.
         max_width_m: .085 for a 2F-85, .140 for a 2F-140.
     """
 
@@ -43,17 +47,17 @@ class WidthScale:
             raise InputError(f"No widths of a gripper: {self}.")
 
     def width_m(self, count: int) -> float:
-        """The opening at a position."""
+        """Return the opening at a position, metres."""
         share = (self.closed_count - count) / (self.closed_count - self.open_count)
         return float(np.clip(share, 0, 1)) * self.max_width_m
 
     @property
     def force_n(self) -> tuple[float, float]:
-        """Least and most grip force of a gripper that opens so wide."""
+        """Least and most grip force of a gripper with this opening."""
         return FORCE_N if self.max_width_m < _WIDE_M else _FORCE_140_N
 
     def count(self, width_m: float) -> int:
-        """The position for an opening. Raises InputError outside of the range."""
+        """Return the position for an opening. Raises InputError if it is out of range."""
         if not -1e-6 <= width_m <= self.max_width_m + 1e-6:
             raise InputError(f"The gripper opens 0 to {self.max_width_m} m, not {width_m} m.")
         share = width_m / self.max_width_m
@@ -62,7 +66,7 @@ class WidthScale:
 
 @dataclass(frozen=True)
 class RobotiqConfig(WidthScale):
-    """Where the gripper is, and how wide it opens; `torc lab check --move` measures its counts.
+    """Address and widths of the gripper; `torc lab check --move` measures its counts.
 
     Attributes:
         address: a serial port ("/dev/ttyUSB0"), or "host" or "host:port".
@@ -76,20 +80,20 @@ class RobotiqConfig(WidthScale):
 
 
 def over_modbus(config: RobotiqConfig) -> "RobotiqGripper":
-    """A gripper on a serial line or Modbus TCP. Raises LabError, MissingDependencyError."""
+    """Connect to a gripper on a serial line or Modbus TCP. Raises LabError, MissingDependencyError."""
     return RobotiqGripper(ModbusWire(config.address, config.device, config.timeout_s), config)
 
 
 def over_urcap(config: RobotiqConfig) -> "RobotiqGripper":
-    """A gripper behind a UR controller's URCap. Raises LabError."""
+    """Connect to a gripper behind a UR controller's URCap. Raises LabError."""
     return RobotiqGripper(UrcapWire(config.address, config.timeout_s), config)
 
 
 class RobotiqGripper:
-    """A gripper that was activated. It holds on when torc ends, or the connection breaks."""
+    """A connected gripper. It keeps its grip when torc ends or the connection breaks."""
 
     def __init__(self, wire: Wire, scale: WidthScale | None = None) -> None:
-        """Raises LabError for a gripper with a fault."""
+        """Check the gripper and keep it awake. Raises LabError if it reports a fault."""
         self.wire, self.scale, self.name = wire, scale or WidthScale(), wire.name
         self._closing = self._held = False
         try:
@@ -107,7 +111,7 @@ class RobotiqGripper:
 
     @property
     def ready(self) -> bool:
-        """Whether it was activated since it got power."""
+        """Whether it has been activated since power-up."""
         return self.wire.status().ready
 
     @property
@@ -116,7 +120,7 @@ class RobotiqGripper:
         return self._state(self._checked())
 
     def activate(self) -> None:
-        """Activates it: **the fingers open and close all the way**. Raises LabError if it does not get ready."""
+        """Activate it: **the fingers open and close all the way**. Raises LabError if it does not become ready."""
         self.wire.send(RESET)
         self.wire.send(ACTIVATE)
         began = time.monotonic()
@@ -128,12 +132,12 @@ class RobotiqGripper:
         self._checked()
 
     def open(self, width_m: float) -> GripperState:
-        """Opens (or closes) to width_m without force. Raises LabError, and InputError outside of the range."""
+        """Open (or close) to width_m without force. Raises LabError, and InputError for a width out of range."""
         self._closing = False
         return self._state(self._move(GripperCommand(position=self.scale.count(width_m))))
 
     def close(self, force_n: float) -> GripperState:
-        """Closes until contact, and keeps pressing: with force_n, as near as the gripper can. Raises LabError."""
+        """Close until contact, and keep pressing with about force_n, newtons. Raises LabError, InputError."""
         if force_n <= 0:
             raise InputError(f"The grip force must be positive, not {force_n} N.")
         self._closing = True
@@ -141,8 +145,9 @@ class RobotiqGripper:
         return self._state(self._move(GripperCommand(position=255, force=count)))
 
     def calibrate(self) -> WidthScale:
-        """Opens and closes all the way, with nothing between the fingers; from now on widths are right. Raises LabError
-        if something was between them.
+        """Open and close all the way, with nothing between the fingers; widths are right afterwards.
+
+        Raises LabError if something was between them.
         """
         ends = []
         for position in (0, 255):
@@ -158,12 +163,12 @@ class RobotiqGripper:
         return self.scale
 
     def disconnect(self) -> None:
-        """Ends the connection; the fingers keep their grip."""
+        """End the connection; the fingers keep their grip."""
         self._ended.set()
         self.wire.close()
 
     def _keep_awake(self) -> None:
-        """Asks for the status now and then, also while the arm moves. A lost connection shows at the next call."""
+        """Poll the status now and then, also while the arm moves. A lost connection shows at the next call."""
         while not self._ended.wait(_ALIVE_S):
             try:
                 self.wire.status()
@@ -171,7 +176,7 @@ class RobotiqGripper:
                 return
 
     def _move(self, command: GripperCommand) -> GripperStatus:
-        """The status once the fingers rest. What is told before the command's echo belongs to the one before."""
+        """Return the status once the fingers rest. A status before the command's echo belongs to the command before."""
         self.wire.send(command)
         began = time.monotonic()
         while True:
@@ -189,14 +194,16 @@ class RobotiqGripper:
             time.sleep(_POLL_S)
 
     def _checked(self) -> GripperStatus:
-        """Its status. Raises LabError for a fault."""
+        """Return the status. Raises LabError if it reports a fault."""
         status = self.wire.status()
         status.check(self.name)
         return status
 
     def _state(self, status: GripperStatus) -> GripperState:
-        """It holds something if it was told to close, and was stopped. A drop shows: it closes all the way then. While
-        the fingers move, it holds what it held: they follow what is held when the arm sets off or stops.
+        """Return the state: it holds something if it stopped while closing.
+
+        A drop shows, as the gripper then closes all the way. While the fingers move, `holding` stays as it was: they
+        follow a held object when the arm starts or stops.
         """
         stopped = status.object is Object.STOPPED_CLOSING
         self._held = self._closing and (self._held if status.object is Object.MOVING else stopped)

@@ -1,5 +1,7 @@
-"""What the gripper is told and tells: three registers each way (Robotiq 2F-85 and 2F-140 instruction manual, chapter
-"Control")."""
+"""The gripper's registers, three for commands and three for its status.
+
+Source: Robotiq 2F-85 and 2F-140 instruction manual, chapter "Control".
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -23,7 +25,7 @@ FAULTS = {
 
 
 _SILENCE = 0x09
-"""Nobody had spoken to it for a second: the first answer after any pause says so, and it is no fault."""
+"""No command came for a second: the first answer after any pause reports it, and it is no fault."""
 _BEFORE_ACTIVATION = (0x05, 0x07)
 
 
@@ -34,7 +36,7 @@ class Object(IntEnum):
     STOPPED_OPENING = 1
     STOPPED_CLOSING = 2
     AT_POSITION = 3
-    """As requested: there is nothing, or it was lost."""
+    """As requested: nothing is between the fingers, or it was lost."""
 
 
 READY = 3
@@ -43,7 +45,7 @@ READY = 3
 
 @dataclass(frozen=True)
 class GripperCommand:
-    """What it is told. Position: 0 open to 255 closed; speed and force: 0 to 255, least to most."""
+    """A command. Position: 0 open to 255 closed; speed and force: 0 to 255, least to most."""
 
     activate: bool = True
     go: bool = True
@@ -69,8 +71,9 @@ ACTIVATE = GripperCommand(activate=True, go=False, speed=0)
 
 @dataclass(frozen=True)
 class GripperStatus:
-    """What it tells. `requested` is the position of the latest command that it has taken in: what else is told belongs
-    to that one.
+    """The gripper's status.
+
+    `requested` is the position of the latest command that it has taken in; the other values belong to that command.
     """
 
     activated: bool
@@ -87,7 +90,7 @@ class GripperStatus:
         return self.activated and self.state == READY
 
     def check(self, name: str) -> None:
-        """Raises LabError if there is a fault. Before activation, "must be activated first" does not count as one."""
+        """Raise LabError if there is a fault. Before activation, "must be activated first" does not count as one."""
         code = self.fault & 0x0F
         if not self.fault or code == _SILENCE or (code in _BEFORE_ACTIVATION and not self.ready):
             return
@@ -95,7 +98,7 @@ class GripperStatus:
 
 
 def status_of(registers: Sequence[int]) -> GripperStatus:
-    """The status in the registers from STATUS_REGISTER on. Raises LabError if these are not three."""
+    """Return the status in the registers from STATUS_REGISTER on. Raises LabError if there are not three."""
     if len(registers) != COUNT or not all(0 <= r <= 0xFFFF for r in registers):
         raise LabError(f"A Robotiq gripper's status is {COUNT} registers of 16 bits, not {list(registers)}.")
     flags, fault = registers[0] >> 8, registers[1] >> 8

@@ -1,4 +1,4 @@
-"""How the gripper is reached: Modbus over a serial line or over TCP, or the socket that its program opens on a UR."""
+"""Connections to the gripper: Modbus over a serial line or TCP, or the socket that its program opens on a UR."""
 
 import socket
 import threading
@@ -22,31 +22,31 @@ URCAP_PORT = 63352
 _TIMEOUT_S = 0.5
 _MOST_BYTES = 256
 _ILLEGAL_FUNCTION = 1
-"""Modbus exception: a device that does not know a function code."""
+"""Modbus exception: the device does not know the function code."""
 _QUIET_S = 0.05
-"""An answer without an end of line is complete when nothing more has come for so long."""
+"""An answer without an end of line is complete after this much silence."""
 
 
 class Wire(Protocol):
-    """One exchange at a time; raises LabError if the gripper is gone, silent, or talks nonsense."""
+    """One exchange at a time; raises LabError if the gripper is gone, does not answer, or its answer is invalid."""
 
     name: str
 
     def send(self, command: GripperCommand) -> None:
-        """Tells the gripper."""
+        """Send a command to the gripper."""
 
     def status(self) -> GripperStatus:
-        """Asks the gripper."""
+        """Request the gripper's status."""
 
     def close(self) -> None:
-        """Ends the connection."""
+        """End the connection."""
 
 
 class ModbusWire(Link):
     """Modbus RTU on a serial port ("/dev/ttyUSB0"), or Modbus TCP at "host" or "host:port"."""
 
     def __init__(self, address: str, device: int = DEVICE, timeout_s: float = _TIMEOUT_S) -> None:
-        """Connects. Raises LabError, MissingDependencyError."""
+        """Connect. Raises LabError, MissingDependencyError."""
         try:
             from pymodbus.client import ModbusSerialClient, ModbusTcpClient
         except ImportError as error:
@@ -63,12 +63,13 @@ class ModbusWire(Link):
             raise LabError(f"{self.name} cannot be reached. Is it on, and nobody else connected to it?")
 
     def send(self, command: GripperCommand) -> None:
-        """Writes the three registers."""
+        """Write the three registers."""
         self._accepted(self._exchange("write_registers", COMMAND_REGISTER, list(command.registers)))
 
     def status(self) -> GripperStatus:
-        """Reads the three registers, as input registers or, where a gateway does not know these, as holding registers:
-        the gripper has the same in both.
+        """Read the three registers, as input registers or, if a gateway does not know these, as holding registers.
+
+        The gripper has equal values in both.
         """
         answer = self._exchange(self._read, STATUS_REGISTER, count=COUNT)
         if answer.isError() and getattr(answer, "exception_code", 0) == _ILLEGAL_FUNCTION:
@@ -87,7 +88,7 @@ class ModbusWire(Link):
         return answer
 
     def _exchange(self, function: str, *arguments: Any, **options: Any) -> Any:
-        """The answer to one request, which may be a refusal. Raises LabError if none comes."""
+        """Return the answer to one request, which may be a refusal. Raises LabError if none comes."""
         from pymodbus.exceptions import ModbusException
 
         with self._lock:
@@ -104,7 +105,7 @@ class UrcapWire(Link):
     """The text socket of Robotiq's program on a UR controller (URCap), at "host" or "host:port"."""
 
     def __init__(self, address: str, timeout_s: float = _TIMEOUT_S) -> None:
-        """Connects. Raises LabError."""
+        """Connect. Raises LabError."""
         super().__init__(f"Robotiq gripper at {address} (URCap)")
         self._lock, self._timeout_s = threading.Lock(), timeout_s
         try:
@@ -115,7 +116,7 @@ class UrcapWire(Link):
             ) from error
 
     def send(self, command: GripperCommand) -> None:
-        """Sets the variables, position last."""
+        """Set the variables, position last."""
         c = command
         answer = self._ask(
             f"SET ACT {c.activate:d} GTO {c.go:d} SPE {c.speed} FOR {c.force} POS {c.position}"
@@ -124,7 +125,7 @@ class UrcapWire(Link):
             raise self._end(f"it answered {answer!r} to a command, not 'ack'")
 
     def status(self) -> GripperStatus:
-        """Asks for the variables, one by one: "PRE" echoes the position that was requested."""
+        """Request the variables, one by one: "PRE" echoes the requested position."""
         v = {name: self._value(name) for name in ("ACT", "GTO", "STA", "OBJ", "FLT", "PRE", "POS")}
         if v["OBJ"] not in set(Object):
             raise self._end(f"it tells of an object state {v['OBJ']}, which there is not")
@@ -142,7 +143,10 @@ class UrcapWire(Link):
         return int(value)
 
     def _ask(self, line: str) -> str:
-        """The answer, without its end. Lost for good at the first fault: what comes later may answer anything."""
+        """Return the answer, without its end. The first fault loses the connection for good.
+
+        A later answer could belong to any request.
+        """
         with self._lock:
             self._check()
             try:
@@ -152,8 +156,9 @@ class UrcapWire(Link):
                 raise self._end(f"it does not answer: {error}") from error
 
     def _answer(self) -> bytes:
-        """Up to the end of a line. "ack" has none, and neither have numbers of some versions: these end when nothing
-        more comes. Raises OSError.
+        """Return an answer up to the end of its line. Raises OSError.
+
+        "ack" has no end of line, and in some versions neither have numbers: these end when nothing more comes.
         """
         answer = b""
         while not answer.endswith((b"\n", b"ack")) and len(answer) < _MOST_BYTES:

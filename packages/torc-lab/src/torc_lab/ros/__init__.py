@@ -1,1 +1,1 @@
-"""Arms that ROS drives: FollowJointTrajectory by rosbridge."""
+"""Arms that ROS drives: FollowJointTrajectory, by rosbridge."""

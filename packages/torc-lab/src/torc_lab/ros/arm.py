@@ -35,7 +35,7 @@ _STATUS_TYPES = {
 }
 _FAULTS = {"industrial": robot_status_fault, "ur": ur_safety_fault}
 _PROOF_S, _PROOF_CANCEL_S = 4.0, 0.5
-"""Length of the motion on the spot by which cancelling is tried, and when it is cancelled."""
+"""Length of the motion on the spot that tests cancelling, and when it is cancelled."""
 _CANCELLED_WITHIN_S = 1.0
 _NOT_CANCELLED = {
     1: "Does the action exist under that name, with these joints, and is its controller running? Try `rostopic echo "
@@ -43,26 +43,28 @@ _NOT_CANCELLED = {
     2: "Start rosbridge with send_action_goals_in_new_thread:=true.",
 }
 _CONNECTS_S = 0.5
-"""ROS 1 connects a new publisher to its readers so long after it was advertised; what is sent before is lost."""
+"""ROS 1 connects a new publisher to its readers this long after it was advertised; earlier messages are lost."""
 _NOW = {"secs": 0, "nsecs": 0}
 
 
 @dataclass(frozen=True)
 class RosArmConfig:
-    """Which arm.
+    """The arm's topics and action.
 
     Attributes:
-        url: of rosbridge.
+        url: address of rosbridge.
         ros: 1 or 2.
-        action: of the controller, e.g. /scaled_joint_trajectory_controller/follow_joint_trajectory. For a Motoman of
-            ROS 1 that of the group: sda10f/sda10f_r2_controller/joint_trajectory_action is the right arm of an SDA10F,
-            r1 its left one. The action for all groups sends groups that are not mentioned to zero, and checks nothing.
-        joint_names: as ROS calls the robot description's joints, in its order; none if it calls them the same.
-        joint_states, status_topic, status: topics, and what the second tells: industrial (RobotStatus), ur (SafetyMode)
-            or none, where only joint states and the controller's results tell of a stop.
-        stop_service: called beside cancelling, e.g. /stop_motion of a Motoman; "" for none.
-        start_tolerance_rad: a trajectory starts this close to where the arm is.
+        action: the controller's, e.g. /scaled_joint_trajectory_controller/follow_joint_trajectory. For a Motoman of ROS
+            1 use the group's: sda10f/sda10f_r2_controller/joint_trajectory_action is the right arm of an SDA10F, r1 its
+            left one. The action for all groups sends groups that are not mentioned to zero, and checks nothing.
+        joint_names: ROS's names of the robot description's joints, in its order; empty if the names are equal.
+        joint_states, status_topic, status: topics of joint states and of status, and the status type: industrial
+            (RobotStatus), ur (SafetyMode) or none; with none, only joint states and the controller's results show a
+            stop.
+        stop_service: called in addition to cancelling, e.g. /stop_motion of a Motoman; "" for none.
+        start_tolerance_rad: a trajectory must start this close to the arm's position.
         most_points: longer trajectories are thinned out (MotoROS2: 200).
+        timeout_s: how long to wait for the connection, and for an answer.
     """
 
     url: str
@@ -87,15 +89,20 @@ class RosArmConfig:
 
 
 class RosArm:
-    """An arm behind rosbridge. It does not feel contacts. The connection is never made again by itself. Before the
-    first motion it only listens: no topic for goals is advertised, no goal is sent.
+    """An arm behind rosbridge. It does not feel contacts.
+
+    A lost connection is never made again. Before the first motion the driver only listens: it advertises no topic for
+    goals and sends no goal.
     """
 
     feels_contact = False
 
     def __init__(self, config: RosArmConfig, joint_names: Sequence[str] = ()) -> None:
-        """Connects and waits for the first messages. joint_names: the robot description's, for a configuration without
-        any. Raises LabError, MissingDependencyError.
+        """Connect and wait for the first messages. Raises LabError, MissingDependencyError.
+
+        Args:
+            config: the arm's topics and action.
+            joint_names: the robot description's, used if `config` has none.
         """
         if not config.joint_names:
             config = replace(config, joint_names=tuple(joint_names))
@@ -116,7 +123,7 @@ class RosArm:
             raise LabError(f"{self.name} does not tell its state: {error}") from error
 
     def status(self) -> ArmStatus:
-        """The latest, as old as the oldest of the joints' states and the status. Raises LabError."""
+        """Return the latest status, stamped with the oldest of its parts. Raises LabError."""
         self._bridge.latest(self.config.joint_states)  # raises if the connection is lost
         qpos, stamp_s = self._joints.of(self.config.joint_names)
         stopped, moving = "", None
@@ -129,12 +136,13 @@ class RosArm:
         return ArmStatus(stamp_s, qpos, busy if moving is None else moving, stopped)
 
     def other_joints(self) -> Mapping[str, float]:
-        """Positions of all joints that the joint states name, radians, as far as they are known."""
+        """Return the known positions of all joints in the joint states, radians, by name."""
         return self._joints.all()
 
     def prove_cancel(self) -> None:
-        """Sends a motion on the spot and cancels it. Raises LabError if that ends it too late, as rosbridge for ROS 2
-        does by default: such an arm could not be stopped.
+        """Send a motion on the spot and cancel it, to prove that the arm can be stopped.
+
+        Raises LabError if the motion ends too late, as rosbridge for ROS 2 lets it by default.
         """
         still = np.tile(self.status().qpos, (9, 1))
         self._send(Trajectory(np.linspace(0, _PROOF_S, 9), still, np.zeros_like(still)))
@@ -153,13 +161,13 @@ class RosArm:
         self._proven = True
 
     def start(self, trajectory: Trajectory) -> None:
-        """Sends a trajectory; before the first one, proves that it could be cancelled. Raises LabError."""
+        """Send a trajectory; before the first one, prove that it could be cancelled. Raises LabError."""
         if not self._proven:
             self.prove_cancel()
         self._send(thinned(trajectory, self.config.most_points))
 
     def ended(self) -> str | None:
-        """By the goal's first final status. Raises LabError if the connection is lost."""
+        """Return how the goal ended, from its first final status. Raises LabError if the connection is lost."""
         if not self._goal:
             return ""
         result = self._result()
@@ -168,13 +176,13 @@ class RosArm:
         return self._ended
 
     def stop(self) -> None:
-        """Cancels the goal, and calls the stop service. Raises LabError if it cannot be told."""
+        """Cancel the goal and call the stop service. Raises LabError if the request cannot be sent."""
         self._cancel()
         if self.config.stop_service:
             threading.Thread(target=self._call_stop_service, daemon=True).start()
 
     def close(self) -> None:
-        """Ends the connection; a goal goes on: stop first."""
+        """End the connection; a goal goes on, so stop it first."""
         self._bridge.close()
         if self._lock is not None:
             self._lock.release()
@@ -197,7 +205,7 @@ class RosArm:
             return "its result cannot be read"
 
     def _listen(self) -> None:
-        """Subscribes, and waits for each topic's first message. Raises LabError that says what is published instead."""
+        """Subscribe, and wait for each topic's first message. Raises LabError that lists the published topics."""
         config, ros = self.config, self.config.ros
         self._bridge.subscribe(config.joint_states, JOINT_STATE_TYPES[ros], self._joints.take)
         kinds = {config.joint_states: JOINT_STATE_TYPES[ros]}
@@ -214,7 +222,8 @@ class RosArm:
         self.status()
 
     def _take_arm(self) -> None:
-        """Once, before the first goal: makes sure that no other torc moves this arm, and advertises the goals' topics.
+        """Lock the arm against other torcs and advertise the goals' topics, before the first goal.
+
         Raises LabError.
         """
         config = self.config

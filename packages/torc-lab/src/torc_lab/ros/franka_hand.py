@@ -1,4 +1,4 @@
-"""The `Gripper` of torc.robots.protocols on a Franka hand, by the actions of franka_gripper (ROS 2) over rosbridge."""
+"""The `Gripper` of torc.robots.protocols for a Franka hand, by the actions of franka_gripper (ROS 2) over rosbridge."""
 
 import time
 from collections.abc import Mapping
@@ -14,22 +14,24 @@ from torc_lab.ros.messages import JOINT_STATE_TYPES, result_of
 from torc_lab.rosbridge.client import Rosbridge
 
 MAX_FORCE_N = 70.0
-"""Most that the hand presses with for as long as one likes (its product manual)."""
+"""Largest continuous force of the hand (its product manual)."""
 _EMPTY_M = 0.0015
 _OLD_S = 1.0
-"""Finger positions older than this are none."""
+"""Finger positions older than this are not used."""
 _POLL_S = 0.01
 
 
 @dataclass(frozen=True)
 class FrankaHandConfig:
-    """Where the hand is.
+    """Address and speed of the hand.
 
     Attributes:
-        url: of rosbridge.
+        url: address of rosbridge.
         name: of its node: actions NAME/move, NAME/grasp and NAME/homing, topic NAME/joint_states.
+        max_width_m: largest opening between the pads.
         speed_m_s: between the pads.
-        timeout_s: for an answer; motion_s: for a motion.
+        timeout_s: how long to wait for an answer.
+        motion_s: how long a motion may take.
     """
 
     url: str
@@ -45,12 +47,13 @@ class FrankaHandConfig:
 
 
 class FrankaHand:
-    """A hand behind rosbridge. It holds on when torc ends, or the connection breaks. After power-up it has to be homed
-    once, which moves its fingers all the way: it does not tell whether that was done.
+    """A hand behind rosbridge. It keeps its grip when torc ends or the connection breaks.
+
+    It must be homed once after power-up, which moves its fingers all the way; it does not report whether that was done.
     """
 
     def __init__(self, config: FrankaHandConfig) -> None:
-        """Connects and waits for the fingers' positions. Raises LabError, MissingDependencyError."""
+        """Connect and wait for the fingers' positions. Raises LabError, MissingDependencyError."""
         self.config, self.name = config, f"the hand {config.name} at {config.url}"
         self.max_width_m, self._topic, self._closed = config.max_width_m, f"{config.name}/joint_states", False
         self._bridge = Rosbridge(config.url, config.timeout_s)
@@ -64,17 +67,17 @@ class FrankaHand:
 
     @property
     def state(self) -> GripperState:
-        """What it feels now: it keeps closing once it was told to, so that a drop shows. Raises LabError."""
+        """What it feels now. After `close` it keeps closing, so that a drop shows. Raises LabError."""
         width_m = self._width_m()
         return GripperState(width_m, self._closed and width_m > _EMPTY_M)
 
     def activate(self) -> None:
-        """Homes it: **the fingers open and close all the way**. Raises LabError."""
+        """Home the hand: **the fingers open and close all the way**. Raises LabError."""
         self._closed = False
         self._act("homing", "Homing", {})
 
     def open(self, width_m: float) -> GripperState:
-        """Opens (or closes) to width_m without force. Raises LabError, and InputError outside of the range."""
+        """Open (or close) to width_m without force. Raises LabError, and InputError for a width out of range."""
         if not -1e-6 <= width_m <= self.max_width_m + 1e-6:
             raise InputError(f"The gripper opens 0 to {self.max_width_m} m, not {width_m} m.")
         self._closed = False
@@ -83,7 +86,7 @@ class FrankaHand:
         return self.state
 
     def close(self, force_n: float) -> GripperState:
-        """Closes until contact, and keeps pressing: with force_n, at most MAX_FORCE_N. Raises LabError."""
+        """Close until contact, and keep pressing with force_n, at most MAX_FORCE_N. Raises LabError, InputError."""
         if force_n <= 0:
             raise InputError(f"The grip force must be positive, not {force_n} N.")
         # Whatever the width is at which it stops, it is a grasp: what is between the pads is told by the width.
@@ -94,11 +97,11 @@ class FrankaHand:
         return self.state
 
     def disconnect(self) -> None:
-        """Ends the connection; the fingers keep their grip."""
+        """End the connection; the fingers keep their grip."""
         self._bridge.close()
 
     def _act(self, action: str, kind: str, goal: Mapping[str, Any]) -> None:
-        """Returns once the action ended well."""
+        """Run an action; return once it has succeeded. Raises LabError."""
         sent = self._bridge.send_goal(f"{self.config.name}/{action}", f"franka_msgs/action/{kind}", goal)
         deadline = time.monotonic() + self.config.motion_s
         while (result := self._bridge.goal_result(sent)) is None:

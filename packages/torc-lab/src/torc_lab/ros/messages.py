@@ -1,9 +1,9 @@
-"""What is said to and heard of arms of ROS 1 and ROS 2, as JSON.
+"""Messages to and from arms of ROS 1 and ROS 2, as JSON.
 
-Several nodes may publish joint states on one topic, each of some joints: a Motoman driver publishes a message per group
-there, and a gripper its own. So the newest value of each joint counts, with its own age, not the newest message.
-Messages may come late, twice, or out of order; the robot's clock is not this machine's, and what came least late tells
-how far they are apart.
+Several nodes may publish joint states on one topic, each of some joints: a Motoman driver publishes one message per
+group, and a gripper its own. So the newest value of each joint counts, with its own age, not the newest message.
+Messages may come late, twice, or out of order. The robot's clock is not this machine's; the message with the least
+delay shows the difference.
 """
 
 import threading
@@ -41,7 +41,7 @@ SUCCEEDED = {1: 3, 2: 4}
 
 
 def goal_message(trajectory: Trajectory, joint_names: Sequence[str], ros: RosVersion) -> dict[str, Any]:
-    """The goal of a FollowJointTrajectory: positions and velocities at every sample."""
+    """Return the goal of a FollowJointTrajectory: positions and velocities at every sample."""
     points = [
         {
             "positions": qpos.tolist(),
@@ -57,14 +57,15 @@ def goal_message(trajectory: Trajectory, joint_names: Sequence[str], ros: RosVer
 
 
 def duration(seconds: float, ros: RosVersion) -> dict[str, int]:
-    """A time or duration, rounded to nanoseconds."""
+    """Return a time or duration as a message, rounded to nanoseconds."""
     whole, rest = divmod(round(seconds * 1e9), 10**9)
     return {"secs": whole, "nsecs": rest} if ros == 1 else {"sec": whole, "nanosec": rest}
 
 
 def result_of(status: Any, text: Any, error_code: Any, ros: RosVersion) -> str | None:
-    """How a goal ended: "" for well, else why; None if it goes on. The result's own error_code says nothing about a
-    goal that was cancelled: the status counts.
+    """Return how a goal ended: "" for success, else why; None while it goes on.
+
+    For a cancelled goal only the status counts: the result's own error_code says nothing about it.
     """
     if not isinstance(status, int):
         return f"a status {status!r}, which is no number"
@@ -75,7 +76,7 @@ def result_of(status: Any, text: Any, error_code: Any, ros: RosVersion) -> str |
 
 
 def robot_status_fault(message: Any) -> str:
-    """Why nothing moves, by an industrial_msgs/RobotStatus; "" if it may. What is unknown does not count as well."""
+    """Return why nothing moves, from an industrial_msgs/RobotStatus; "" if it may. Unknown values count as faults."""
     try:
         names = ("drives_powered", "e_stopped", "in_error", "mode", "motion_possible")
         values = {name: int(message[name]["val"]) for name in names}
@@ -98,7 +99,7 @@ _UR_SAFETY = {
 
 
 def ur_safety_fault(message: Any) -> str:
-    """Why nothing moves, by a ur_dashboard_msgs/SafetyMode; "" if it may."""
+    """Return why nothing moves, from a ur_dashboard_msgs/SafetyMode; "" if it may move."""
     mode = message.get("mode") if isinstance(message, Mapping) else None
     if not isinstance(mode, int):
         return "its safety mode cannot be read"
@@ -106,7 +107,7 @@ def ur_safety_fault(message: Any) -> str:
 
 
 def is_moving(message: Any) -> bool | None:
-    """Whether the robot says that it moves, by an industrial_msgs/RobotStatus; None if it does not say."""
+    """Return whether an industrial_msgs/RobotStatus reports motion; None if it does not say."""
     try:
         return {0: False, 1: True}.get(int(message["in_motion"]["val"]))
     except (KeyError, TypeError, ValueError):
@@ -114,11 +115,11 @@ def is_moving(message: Any) -> bool | None:
 
 
 _LEAK = 1e-3
-"""Clocks run apart, by far less than this; a network that has become slower for good is noticed for so much longer."""
+"""Clocks drift by far less than this; a permanently slower network is noticed at this rate."""
 
 
 class Arrivals:
-    """A publisher's newest message by its own time stamp, and when it would have come if it had not been late."""
+    """A publisher's newest message by its own time stamp, and its arrival time corrected for delays."""
 
     def __init__(self) -> None:
         self._message: Any = None
@@ -127,8 +128,9 @@ class Arrivals:
         self._least_s = float("inf")
 
     def take(self, message: Any, came_s: float) -> tuple[Any, float]:
-        """The newest message and its stamp, by this machine's monotonic clock, after one more; the same one may be
-        taken again. A message without a time of its own counts as new.
+        """Take in one more message; return the newest and its stamp, by this machine's monotonic clock.
+
+        A repeated message does no harm. A message without a time stamp counts as new.
         """
         told_s = stamp_of(message)
         if told_s is None:
@@ -141,7 +143,7 @@ class Arrivals:
 
 
 def stamp_of(message: Any) -> float | None:
-    """The time in a message's header, seconds; None if there is none, or zero."""
+    """Return the time in a message's header, seconds; None if it is missing or zero."""
     try:
         stamp = message["header"]["stamp"]
         seconds = stamp.get("secs", stamp.get("sec", 0)) + 1e-9 * stamp.get("nsecs", stamp.get("nanosec", 0))
@@ -162,7 +164,7 @@ class JointStates:
         self._unreadable = ""
 
     def take(self, message: Any, came_s: float) -> None:
-        """Take in one message, which came in at `came_s` by `time.monotonic`."""
+        """Take in one message, which arrived at `came_s` by `time.monotonic`."""
         with self._lock:
             try:
                 names = tuple(map(str, message["name"]))
@@ -178,13 +180,14 @@ class JointStates:
                     self._newest[name] = position, stamp_s
 
     def knows(self, joint_names: Sequence[str]) -> bool:
-        """Whether each of these joints has been heard of."""
+        """Return whether each of these joints has appeared in a message."""
         with self._lock:
             return all(name in self._newest for name in joint_names)
 
     def of(self, joint_names: Sequence[str]) -> tuple[Float[np.ndarray, "dof"], float]:
-        """Positions of these joints, radians, and when the oldest of them was measured, by `time.monotonic`. Raises
-        LabError if one is missing, or is not a number.
+        """Return the positions of these joints, radians, and the oldest one's time, by `time.monotonic`.
+
+        Raises LabError if a joint is missing or its position is not finite.
         """
         with self._lock:
             missing = [name for name in joint_names if name not in self._newest]
@@ -202,6 +205,6 @@ class JointStates:
         return qpos, min(stamp_s for _, stamp_s in found)
 
     def all(self) -> Mapping[str, float]:
-        """The newest position of every joint that was heard of."""
+        """Return the newest position of every joint that has appeared."""
         with self._lock:
             return {name: position for name, (position, _) in self._newest.items()}

@@ -1,1 +1,1 @@
-"""ROS from outside: no ROS is needed on this machine."""
+"""ROS from outside: ROS is not needed on this machine."""

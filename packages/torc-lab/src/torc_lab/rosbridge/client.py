@@ -1,8 +1,8 @@
 """A small client of rosbridge: topics, services and actions of ROS 1 or ROS 2, as JSON over a web socket.
 
-It is made for robots: nothing waits in a queue. Of each topic only the newest message is kept, and what cannot be sent
-now raises at once, so that no old command reaches a robot when a connection comes back. A lost connection is not made
-again: every call raises from then on. (Protocol: rosbridge_suite, ROSBRIDGE_PROTOCOL.md, version 2.)
+It is made for robots: nothing waits in a queue. It keeps only the newest message of each topic. A message that cannot
+be sent now raises at once, so that no old command reaches a robot when a connection comes back. A lost connection is
+not made again: every call raises from then on. (Protocol: rosbridge_suite, ROSBRIDGE_PROTOCOL.md, version 2.)
 """
 
 import itertools
@@ -20,25 +20,25 @@ from torc_lab.link import Link
 from torc_lab.protocols import LabError
 
 _MAX_BYTES = 256 * 2**20
-"""Of one message: a picture of 20 megapixels as base64 has 80 MB."""
+"""Largest message: a picture of 20 megapixels as base64 has 80 MB."""
 _MOST_WAITING = 20
-"""Messages of a topic that the server keeps for a reader who wants them all."""
+"""Messages of a topic that the server keeps for a reader that wants them all."""
 _ALIVE_S = 5.0
 """A server that does not answer a ping within this time is gone."""
 _MOST_BEGUN = 8
-"""Long messages of which some fragments came, and others not."""
+"""Most long messages of which only some fragments have come."""
 _TOPICS_S, _MOST_LISTED = 1.0, 12
-"""rosapi names the topics within this time, or nobody runs it; so many are listed."""
+"""Time in which rosapi lists the topics, if it runs; most topics to name in a message."""
 Take = Callable[[Any, float], None]
 
 
 class RosbridgeError(LabError):
-    """rosbridge cannot be reached, is gone, refuses something, or is silent."""
+    """rosbridge cannot be reached, has gone away, refuses a request, or does not answer."""
 
 
 @dataclass(frozen=True)
 class Latest:
-    """The newest message of a topic: how many came up to it, and when it came, by `time.monotonic`."""
+    """The newest message of a topic: how many had come by then, and when it came, by `time.monotonic`."""
 
     count: int
     message: Any
@@ -49,12 +49,12 @@ _NOTHING = Latest(0, None, float("-inf"))
 
 
 class Rosbridge(Link):
-    """A connection. Close it, or use it in a `with`. May be used by several threads."""
+    """A connection. Close it, or use it in a `with`. Several threads may use it."""
 
     fault = RosbridgeError
 
     def __init__(self, url: str, timeout_s: float = 5.0) -> None:
-        """Connects to a URL such as ws://robot:9090. Raises RosbridgeError, MissingDependencyError."""
+        """Connect to a URL such as ws://robot:9090. Raises RosbridgeError, MissingDependencyError."""
         try:
             from websockets.exceptions import WebSocketException
             from websockets.sync.client import connect
@@ -86,9 +86,9 @@ class Rosbridge(Link):
         self._latest: dict[str, Latest] = {}
         self._takes: dict[str, Take] = {}
         self._answers: dict[str, Any] = {}
-        """Per id of a request, None until it is answered."""
+        """Answers by the id of their request; None until it is answered."""
         self._refusals: dict[str, str] = {}
-        """What the server said of requests that it could not fulfil, by their id."""
+        """The server's errors, by the id of the request that failed."""
         self._fragments: dict[Any, dict[int, str]] = {}
         threading.Thread(target=self._read, name="torc-rosbridge", daemon=True).start()
 
@@ -99,18 +99,19 @@ class Rosbridge(Link):
         self.close()
 
     def close(self) -> None:
-        """Ends the connection."""
+        """End the connection."""
         self._lose("it was closed")
         self._open.close()
 
     def subscribe(self, topic: str, kind: str = "", take: Take | None = None) -> str:
-        """Asks for a topic's messages; the id of that wish.
+        """Subscribe to a topic; return the subscription's id.
 
         Args:
-            kind: type of its messages, e.g. sensor_msgs/Image; if it is not given the server looks it up, and ignores a
+            topic: its name.
+            kind: type of its messages, e.g. sensor_msgs/Image; without it the server looks the type up, and ignores a
                 topic that nobody publishes.
-            take: called with every message and the time when it came, by `time.monotonic`, in the thread that reads. A
-                server drops messages for a slow reader then only if many wait; otherwise it keeps the newest alone.
+            take: called with every message and its time of arrival, by `time.monotonic`, in the thread that reads. The
+                server then drops messages for a slow reader only if many wait; without `take` it keeps only the newest.
         """
         wish = f"subscribe:{topic}:{next(self._numbers)}"
         typed = {"type": kind} if kind else {}
@@ -121,11 +122,12 @@ class Rosbridge(Link):
         return wish
 
     def unsubscribe(self, topic: str, wish: str) -> None:
-        """Ends a wish of `subscribe`. Raises RosbridgeError if the connection is lost."""
+        """End a subscription by its id. Raises RosbridgeError if the connection is lost."""
         self._send({"op": "unsubscribe", "id": wish, "topic": topic})
 
     def latest(self, topic: str) -> Latest:
-        """The newest message of a topic that was subscribed to; the message 0 is None, before the first. Never waits.
+        """Return the newest message of a subscribed topic; never waits. Before the first, count is 0 and message None.
+
         Raises RosbridgeError once the connection is lost.
         """
         self._check()
@@ -135,10 +137,10 @@ class Rosbridge(Link):
     def receive(
         self, topic: str, after: int = 0, timeout_s: float | None = None, wish: str = ""
     ) -> tuple[int, Any]:
-        """The newest message of a topic as soon as more than `after` came, and how many came up to it.
+        """Return how many messages have come, and the newest, as soon as more than `after` have.
 
-        Raises RosbridgeError after the time-out, at once if the connection is lost, and if the server refused the wish
-        of that id.
+        Raises RosbridgeError after the time-out, at once if the connection is lost, and if the server refused the
+        subscription with the id `wish`.
         """
         with self._news:
             self._expect(
@@ -151,24 +153,24 @@ class Rosbridge(Link):
             return latest.count, latest.message
 
     def once(self, topic: str, kind: str = "", timeout_s: float | None = None) -> Any:
-        """One message of a topic, sent after this call, or latched. Raises as `receive`."""
+        """Return one message of a topic, sent after this call, or latched. Raises as `receive`."""
         seconds = self._timeout_s if timeout_s is None else timeout_s
         with Newest(self, topic, time.monotonic() + seconds, kind) as newest:
             return newest.message()
 
     def advertise(self, topic: str, kind: str) -> None:
-        """Says that messages of that type will be published."""
+        """Announce that messages of this type will be published. Raises RosbridgeError if the connection is lost."""
         wish = f"advertise:{topic}:{next(self._numbers)}"
         self._send({"op": "advertise", "id": wish, "topic": topic, "type": kind})
 
     def publish(self, topic: str, message: Mapping[str, Any]) -> None:
-        """Sends a message now. Raises RosbridgeError if the connection is lost."""
+        """Send a message now. Raises RosbridgeError if the connection is lost."""
         self._send({"op": "publish", "topic": topic, "msg": dict(message)})
 
     def call(
         self, service: str, arguments: Mapping[str, Any] | None = None, timeout_s: float | None = None
     ) -> dict[str, Any]:
-        """The answer of a service. Raises RosbridgeError if it fails, or is silent."""
+        """Call a service and return its answer. Raises RosbridgeError if it fails or does not answer."""
         wish = self._ask({"op": "call_service", "service": service, "args": dict(arguments or {})})
         with self._news:
             try:
@@ -182,8 +184,9 @@ class Rosbridge(Link):
         return values if isinstance(values, dict) else {"value": values}
 
     def published(self, kinds: Collection[str]) -> str:
-        """A sentence that names the topics of these types, e.g. sensor_msgs/Image; "" where nobody can say: it takes
-        the node rosapi beside rosbridge.
+        """Return a sentence for messages that names the topics of these types, e.g. sensor_msgs/Image.
+
+        Returns "" if the topics cannot be listed; that needs the node rosapi beside rosbridge.
         """
         try:
             answer = self.call("/rosapi/topics", timeout_s=_TOPICS_S)
@@ -196,18 +199,19 @@ class Rosbridge(Link):
         return f" Published are: {', '.join(found[:_MOST_LISTED])}."
 
     def send_goal(self, action: str, kind: str, goal: Mapping[str, Any]) -> str:
-        """Sends a goal to an action of ROS 2 now, and returns its id. Raises RosbridgeError."""
+        """Send a goal to an action of ROS 2 now, and return its id. Raises RosbridgeError."""
         return self._ask(
             {"op": "send_action_goal", "action": action, "action_type": kind, "args": dict(goal)}
         )
 
     def cancel_goal(self, action: str, goal: str) -> None:
-        """Asks for the end of a goal of ROS 2. Raises RosbridgeError."""
+        """Request that a goal of ROS 2 be cancelled. Raises RosbridgeError."""
         self._send({"op": "cancel_action_goal", "id": goal, "action": action})
 
     def goal_result(self, goal: str) -> tuple[Any, dict[str, Any]] | None:
-        """How a goal of ROS 2 ended: its status, and its values; None as long as it goes on. Raises RosbridgeError if
-        the server refused it, or the connection is lost.
+        """Return the final status and the values of a goal of ROS 2; None while it goes on.
+
+        Raises RosbridgeError if the server refused it, or the connection is lost.
         """
         self._check()
         with self._news:
@@ -220,7 +224,7 @@ class Rosbridge(Link):
         return answer.get("status"), values if isinstance(values, dict) else {"error": values}
 
     def _ask(self, request: Mapping[str, Any]) -> str:
-        """Sends a request that will be answered; its id."""
+        """Send a request that will be answered; return its id."""
         wish = f"{request['op']}:{next(self._numbers)}"
         with self._news:
             self._answers[wish] = None
@@ -237,9 +241,9 @@ class Rosbridge(Link):
             raise self._lose(error) from error
 
     def _expect(self, there: Callable[[], bool], silence: str, timeout_s: float | None, wish: str) -> None:
-        """Waits, with the lock held, until it is there. Raises RosbridgeError.
+        """Wait, with the lock held, until `there` holds. Raises RosbridgeError.
 
-        Most servers say nothing of what they refuse, and only a time-out shows it.
+        Most servers do not report a refusal, and only a time-out shows it.
         """
         seconds = self._timeout_s if timeout_s is None else timeout_s
         if self._await(lambda: there() or wish in self._refusals, seconds) and there():
@@ -252,7 +256,7 @@ class Rosbridge(Link):
         )
 
     def _read(self) -> None:
-        """Takes in all that comes, until the connection ends."""
+        """Take in every message, until the connection ends."""
         try:
             for text in self._socket:
                 self._take(text)
@@ -284,8 +288,9 @@ class Rosbridge(Link):
             self._take(whole)
 
     def _joined(self, fragment: Mapping[str, Any]) -> str:
-        """The long message that a fragment completes, else "". Raises TorcError for one that is too long, or has a
-        wrong number.
+        """Return the long message that this fragment completes, else "".
+
+        Raises TorcError if the fragment is too long or has a wrong number.
         """
         number, total = int(fragment["num"]), int(fragment["total"])
         if total * len(fragment["data"]) > 2 * _MAX_BYTES or not 0 <= number < total:
@@ -301,10 +306,10 @@ class Rosbridge(Link):
 
 
 class Newest:
-    """Messages of one topic, each newer than the one before; subscribed to during a `with`."""
+    """Messages of one topic, each newer than the one before, during a `with`."""
 
     def __init__(self, bridge: Rosbridge, topic: str, deadline_s: float, kind: str = "") -> None:
-        """deadline_s: for all of them, by `time.monotonic`."""
+        """Subscribe. All messages must come before deadline_s, by `time.monotonic`."""
         self.topic = topic
         self._bridge, self._deadline_s = bridge, deadline_s
         self._seen = bridge.latest(topic).count
@@ -318,7 +323,7 @@ class Newest:
             self._bridge.unsubscribe(self.topic, self._wish)
 
     def message(self) -> Any:
-        """The newest one as soon as there is one. Raises RosbridgeError."""
+        """Return the next new message, waiting for it. Raises RosbridgeError."""
         left_s = max(0.0, self._deadline_s - time.monotonic())
         self._seen, found = self._bridge.receive(self.topic, self._seen, left_s, self._wish)
         return found

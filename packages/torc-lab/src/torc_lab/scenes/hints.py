@@ -1,4 +1,4 @@
-"""Where an object is now that has to be elsewhere: by looking for its picture nearby."""
+"""Find where a misplaced object is now, by searching for its picture near its place."""
 
 import cv2
 import numpy as np
@@ -8,16 +8,16 @@ from torc import Observation
 from torc.records import Capture
 
 _REACH = 0.12
-"""Share of the picture's height within which it is looked for, up, down and sideways."""
+"""How far to search up, down and sideways, as a share of the picture's height."""
 _ALIKE = 18.0
-"""Greatest mean difference of colour (CIELAB, 8 bits) of a place that may be it."""
+"""A place matches if its mean colour difference (CIELAB, 8 bits) is at most this."""
 _BETTER = 0.6
-"""Such a place differs by so much less than the one where it should be."""
+"""A match must have less than this share of the cost at the object's proper place."""
 _LEAST_M, _MOST_M = 0.004, 0.15
 
 
 def hint(reference: Capture, seen: Observation, object_id: int) -> str:
-    """Where it is, as the camera sees it: "2.9 cm too far left, 1.0 cm too near"; "" where it is not found nearby."""
+    """Return where the object is as the camera sees it, e.g. "2.9 cm too far left, 1.0 cm too near", or ""."""
     found = shift_m(reference, seen, object_id)
     if found is None:
         return ""
@@ -31,8 +31,9 @@ def hint(reference: Capture, seen: Observation, object_id: int) -> str:
 
 
 def shift_m(reference: Capture, seen: Observation, object_id: int) -> tuple[float, float] | None:
-    """How far an object is to the right of its place, and behind it, as the camera looks, metres. None where nothing
-    nearby looks like it, or it has no depth.
+    """Return how far an object is to the right of its place and behind it, as the camera sees it, metres.
+
+    None if nothing nearby looks like it, or it has no depth.
     """
     then_seen, label = reference.observation, reference.label_image
     if label is None or not (label == object_id).any():

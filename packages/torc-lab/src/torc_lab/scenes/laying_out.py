@@ -1,4 +1,4 @@
-"""A person lays a scene out again, guided by a live picture and by numbers, until it is as it was."""
+"""Guide a person who lays a scene out again, by a live picture and by numbers."""
 
 import threading
 import time
@@ -34,13 +34,13 @@ _TASK = (
 
 @dataclass(frozen=True)
 class Layout:
-    """A scene that was accepted.
+    """How a layout of a scene was accepted.
 
     Attributes:
-        by: because it overlaps, or by the person's word.
-        overlap: as it was then.
-        measured: how often it was measured.
-        seconds: from the first question on.
+        by: "overlap" if every object reached the threshold, "word" if the person accepted it.
+        overlap: the last measurement.
+        measured: number of measurements.
+        seconds: time taken, from the start to acceptance.
     """
 
     by: Literal["overlap", "word"]
@@ -50,7 +50,7 @@ class Layout:
     seconds: float
 
     def facts(self) -> dict[str, Any]:
-        """As it stands in result.json."""
+        """Return the entry for result.json."""
         return {
             "accepted_by": self.by,
             "threshold": self.threshold,
@@ -63,7 +63,7 @@ class Layout:
 
 @dataclass(frozen=True)
 class View:
-    """What the camera sees of a scene, measured; for several threads."""
+    """Measures what the camera sees of a scene; safe to use from several threads."""
 
     lab: Lab
     scene: Scene
@@ -72,7 +72,7 @@ class View:
     lock: threading.Lock = field(default_factory=threading.Lock)
 
     def measure(self) -> tuple[Overlap, dict[str, str]]:
-        """How far what is there now is as it was, and what to tell of it. Raises LabError, InputError, CameraError,
+        """Return the overlap now, and facts to show about it, by name. Raises LabError, InputError, CameraError or
         PartError.
         """
         with self.lock:
@@ -81,7 +81,7 @@ class View:
         return found, facts
 
     def picture(self) -> LiveView:
-        """One look for a page. Raises what `measure` raises."""
+        """Return a picture and facts for a page. Raises the same errors as `measure`."""
         seen, found, facts = self._look()
         return overlay(self.scene.reference, seen, found, self.threshold), facts
 
@@ -95,7 +95,7 @@ class View:
 
 
 def told(found: Overlap, threshold: float, hints: Mapping[int, str]) -> dict[str, str]:
-    """What to tell beside the picture, by name: the objects, the worst first; `hints` say where one is instead."""
+    """Return facts to show beside the picture, by name: the objects, worst first; `hints`: where misplaced ones are."""
     facts = {"scene": "laid out" if found.fits(threshold) else "; ".join(found.faults(threshold))}
     for k, value in sorted(found.objects.items(), key=lambda item: item[1]):
         name = f"object {k}" + (" (the target)" if k == TARGET_ID else "")
@@ -106,7 +106,7 @@ def told(found: Overlap, threshold: float, hints: Mapping[int, str]) -> dict[str
 
 @contextmanager
 def open_eyes(lab: Lab) -> Iterator[Eyes]:
-    """The lab's camera during a `with`; nothing else of it is reached. Raises InputError, CameraError."""
+    """Open the lab's camera, and no other device, during a `with`. Raises InputError or CameraError."""
     camera = open_camera(lab.conditions)
     try:
         yield Eyes(lab, camera)
@@ -115,8 +115,9 @@ def open_eyes(lab: Lab) -> Iterator[Eyes]:
 
 
 def check_rest_pose(lab: Lab, person: Person) -> None:
-    """Waits until the arm is where it does not hide the table; moves nothing. Raises LabError if it cannot be reached,
-    or nobody brings it there.
+    """Wait until the arm is at its rest pose, where it does not hide the table; move nothing.
+
+    Raises LabError if the arm cannot be reached, or the person does not bring it there.
     """
     arm = connect_arm(lab)
     try:
@@ -127,7 +128,7 @@ def check_rest_pose(lab: Lab, person: Person) -> None:
 
 @contextmanager
 def live_page(wanted: bool, options: PageOptions) -> Iterator["FrameBoard | None"]:
-    """The page beside which a scene is laid out, if one is wanted. Raises MissingDependencyError, InputError."""
+    """Serve the page for laying a scene out, if wanted. Raises MissingDependencyError or InputError."""
     if not wanted:
         yield None
         return
@@ -142,10 +143,17 @@ def lay_out(
     threshold: float = THRESHOLD,
     board: "FrameBoard | None" = None,
 ) -> Layout | None:
-    """Guides the person until every object overlaps by the threshold, or the person's word; None if the person stops.
+    """Guide the person until every object overlaps by the threshold, or the person accepts; None if the person stops.
 
-    Nothing moves: of the devices the camera is open, the arm's pose is read before. While it waits for the person, the
-    board shows the live picture. Raises LabError, InputError, CameraError, PartError.
+    Nothing moves: only the arm's pose is read first, then only the camera is open. While it waits for the person, the
+    board shows the live picture.
+
+    Args:
+        threshold: least overlap of every object, above 0 and at most 1.
+        board: shows the live picture; None for no page.
+
+    Raises:
+        LabError, InputError, CameraError, PartError: as the devices and stages raise them.
     """
     if not 0 < threshold <= 1:
         raise InputError(f"The threshold of the overlap is above 0 and at most 1, not {threshold}.")
@@ -170,7 +178,7 @@ def lay_out(
 
 @contextmanager
 def _shown(view: View, board: "FrameBoard | None") -> Iterator[View]:
-    """Shows it on a page during the `with`, while somebody looks there."""
+    """Show the view on a board during the `with`, while a browser watches it."""
     if board is None:
         yield view
         return

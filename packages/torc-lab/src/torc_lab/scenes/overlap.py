@@ -1,9 +1,9 @@
-"""How far a scene is laid out as it was: per object, from depth and colour, without segmenting what is there now.
+"""Measure how far a scene is laid out as it was: per object, from depth and colour, without a new segmentation.
 
-Masks of two looks at the same scene differ: two objects become one, an edge moves. So what is there now is not
-segmented. A pixel of an object's mask counts if it shows the same surface as in the reference: as far away, and of the
-same colour. An object that was moved shows what is behind it where it stood, and one that was turned or exchanged other
-depths or colours.
+Masks of two looks at the same scene differ: two objects become one, or an edge moves. The new picture is therefore
+not segmented. A pixel of an object's mask counts if it shows the same surface as in the reference: as far away, and of
+the same colour. Where an object was moved away, the pixels show its background. A turned or exchanged object shows
+other depths or colours.
 """
 
 from collections.abc import Mapping
@@ -19,30 +19,30 @@ from torc.records import BACKGROUND, Capture, VoxelGrid
 
 _FAR = np.float32(1e6)
 _SAME_M, _SAME_SHARE = 0.008, 0.012
-"""Depths this close, or within this share of the depth, are the same."""
+"""Depths are the same if they differ by at most this, or by this share of the depth."""
 _SAME_COLOR = np.array([90, 25, 25], np.float32)
-"""Colours (CIELAB, 8 bits) this close are the same; shadows of others change lightness."""
+"""Colours (CIELAB, 8 bits) this close are the same; lightness may differ more, because of shadows."""
 _AROUND = np.ones((3, 3), np.uint8)
-"""Pixels around one that may match as well: edges flicker."""
+"""Neighbouring pixels that may match instead, because edges flicker."""
 _BESIDE_PX = 10
-"""So near to an object nothing counts as new, in a picture 480 pixels high."""
+"""Nothing counts as new this close to an object, in a picture 480 pixels high."""
 _NEW_SHARE = 5e-4
-"""Share of the picture that a new thing has."""
+"""A new thing covers more than this share of the picture."""
 _LEAST_TABLE = 0.8
-"""Least share of the table that is where it was."""
+"""Least share of the table that must not have moved."""
 
 
 @dataclass(frozen=True)
 class Overlap:
-    """How far a picture is like its reference.
+    """How closely a picture matches its reference.
 
     Attributes:
-        objects: by id, the intersection over union of where an object was and is, 0 to 1, of an object that shows as
-            much as it did.
-        new_px: pixels of the largest thing that stands where nothing stood.
-        new: whether that is more than noise.
-        table: share of the table, as far as it was and is seen, that is where it was.
-        table_moved: whether that is too little: the camera has moved, or the table.
+        objects: by id, intersection over union of where the object was and is, 0 to 1, assuming that it shows as many
+            pixels as before.
+        new_px: pixels of the largest new thing, where nothing stood before.
+        new: True if that is more than noise.
+        table: share of the table visible in both pictures that has not moved.
+        table_moved: True if that share is too small: the camera or the table has moved.
     """
 
     objects: Mapping[int, float]
@@ -52,11 +52,11 @@ class Overlap:
     table_moved: bool
 
     def fits(self, threshold: float) -> bool:
-        """Whether every object is in its place, and nothing else is there."""
+        """Return whether every object is in its place and nothing new is there."""
         return not (self.new or self.table_moved) and min(self.objects.values()) >= threshold
 
     def faults(self, threshold: float) -> list[str]:
-        """What is not as it was, in words."""
+        """Return what differs from the reference, in words."""
         off = sorted((value, k) for k, value in self.objects.items() if value < threshold)
         told = [f"object {k} overlaps by {value:.2f}" for value, k in off]
         if self.new:
@@ -67,9 +67,13 @@ class Overlap:
 
 
 def measure_overlap(stored: Capture, seen: Observation, grid: VoxelGrid) -> Overlap:
-    """Compare a snapshot with a stored reference, whose label image holds the objects' masks, within `grid` (world).
+    """Compare a snapshot with a stored reference, whose label image holds the objects' masks, within a grid.
 
-    Raises InputError for pictures of another size or lens, and for a reference without masks.
+    Args:
+        grid: the room in which table and new things count, world frame.
+
+    Raises:
+        InputError: the pictures' sizes or intrinsics differ, or the reference has no masks.
     """
     reference, label = stored.observation, _checked_label(stored, seen)
     same = _same_depth(reference.depth_m, seen.depth_m) & _same_color(reference, seen, label)
@@ -112,7 +116,7 @@ def _tolerance(depth_m: Float32[np.ndarray, "h w"]) -> Float32[np.ndarray, "h w"
 def _range(
     depth_m: Float32[np.ndarray, "h w"],
 ) -> tuple[Float32[np.ndarray, "h w"], Float32[np.ndarray, "h w"]]:
-    """Least and greatest reading around each pixel; _FAR and 0 where there is none."""
+    """Return the least and greatest reading around each pixel; _FAR and 0 where there is none."""
     read = depth_m > 0
     low = cv2.erode(np.where(read, depth_m, _FAR).astype(np.float32), _AROUND)
     high = cv2.dilate(np.where(read, depth_m, 0).astype(np.float32), _AROUND)
@@ -120,7 +124,7 @@ def _range(
 
 
 def _same_depth(then: Float32[np.ndarray, "h w"], now: Float32[np.ndarray, "h w"]) -> Bool[np.ndarray, "h w"]:
-    """Where depths agree; also where one of them has no reading, which colour has to judge."""
+    """Return where depths agree. A pixel without a reading counts as agreeing; its colour decides."""
     low, high = _range(now)
     tolerance = _tolerance(then)
     both = (then > 0) & (high > 0)
@@ -130,7 +134,7 @@ def _same_depth(then: Float32[np.ndarray, "h w"], now: Float32[np.ndarray, "h w"
 def _same_color(
     reference: Observation, seen: Observation, label: Int16[np.ndarray, "h w"]
 ) -> Bool[np.ndarray, "h w"]:
-    """Where colours agree, after the light's own change: that of what is no object."""
+    """Return where colours agree, corrected for a change of light measured on the background."""
     still = (label == BACKGROUND) & _same_depth(reference.depth_m, seen.depth_m)
     light = (
         (reference.rgb[still].mean(axis=0) + 1) / (seen.rgb[still].mean(axis=0) + 1) if still.any() else 1.0
@@ -145,7 +149,7 @@ def _lab(rgb: UInt8[np.ndarray, "h w 3"]) -> Float32[np.ndarray, "h w 3"]:
 
 
 def _within(observation: Observation, grid: VoxelGrid) -> Bool[np.ndarray, "h w"]:
-    """Pixels whose surface is in the watched room, or just below its floor."""
+    """Return the pixels whose surface lies in the grid, or at most 2 cm below its floor."""
     read = observation.depth_m > 0
     rows, cols = np.nonzero(read)
     points = unproject(rows, cols, observation.depth_m[rows, cols], observation.K, observation.T_world_camera)
@@ -156,14 +160,14 @@ def _within(observation: Observation, grid: VoxelGrid) -> Bool[np.ndarray, "h w"
 
 
 def _apart(nearer: Bool[np.ndarray, "h w"], label: Int16[np.ndarray, "h w"]) -> Bool[np.ndarray, "h w"]:
-    """What is nearer than it was, apart from the objects: these may be off by a little."""
+    """Return the pixels that are nearer than before, except close to the objects, which may be slightly off."""
     px = max(1, round(_BESIDE_PX * label.shape[0] / 480))
     around = cv2.dilate((label != BACKGROUND).astype(np.uint8), np.ones((2 * px + 1,) * 2, np.uint8))
     return np.asarray(nearer & (around == 0))
 
 
 def _largest(mask: Bool[np.ndarray, "h w"]) -> int:
-    """Pixels of the largest piece that is more than a line."""
+    """Return the pixels of the largest connected piece, ignoring thin lines."""
     opened = cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, _AROUND)
     _, _, facts, _ = cv2.connectedComponentsWithStats(opened)
     return int(facts[1:, cv2.CC_STAT_AREA].max(initial=0))

@@ -1,4 +1,4 @@
-"""The picture by which a person lays a scene out: the reference over what the camera sees now."""
+"""Draw the picture that guides a person in laying a scene out: the reference over the live picture."""
 
 import cv2
 import numpy as np
@@ -11,17 +11,17 @@ from torc.records import Capture
 from torc_lab.scenes.overlap import Overlap
 
 _GHOST = 0.45
-"""Share of the reference where an object is not in its place."""
+"""Weight of the reference picture where an object is not in its place."""
 _MARGIN_PX = 50
 _COLORS = {"good": (0, 200, 120), "near": (240, 170, 0), "bad": (255, 60, 20)}
-"""Of outlines; they differ for the colour-blind too, and the worse the thicker."""
+"""Colours of outlines. Colour-blind people can tell them apart, too; worse is also thicker."""
 _THICK_PX = {"good": 2, "near": 3, "bad": 4}
 _NEAR = 0.6
-"""Of the threshold: an object that overlaps by so much is nearly there."""
+"""Share of the threshold from which on an object is nearly in its place."""
 
 
 def state_of(overlap: float, threshold: float) -> str:
-    """How an object lies: "good", "near" or "bad"."""
+    """Return how well an object lies: "good", "near" or "bad"."""
     if overlap >= threshold:
         return "good"
     return "near" if overlap >= _NEAR * threshold else "bad"
@@ -30,9 +30,18 @@ def state_of(overlap: float, threshold: float) -> str:
 def overlay(
     reference: Capture, seen: Observation, found: Overlap, threshold: float, width_px: int = 1280
 ) -> UInt8[np.ndarray, "h v 3"]:
-    """The live picture around the objects, so wide; over it, where they have to be, an outline and a number per object:
-    green where it is in its place, orange where nearly, red and thick else. There the reference shines through. Raises
-    ValueError for a reference without masks.
+    """Return the live picture around the objects, with an outline and a number at each object's place.
+
+    Outlines are green if the object is in its place, orange if nearly, else red and thick. Where it is not in its
+    place, the reference shines through.
+
+    Args:
+        found: overlap of each object.
+        threshold: least overlap of an object in its place.
+        width_px: width of the picture returned.
+
+    Raises:
+        ValueError: the reference has no masks.
     """
     if reference.label_image is None:
         raise ValueError("The reference has no masks.")

@@ -1,4 +1,4 @@
-"""A scene that is laid out again and again (`torc-scene/2`): a directory with its reference and its target."""
+"""Store and load scenes to lay out repeatedly (`torc-scene/2`): directories with a reference and a target."""
 
 import os
 import re
@@ -39,25 +39,25 @@ from torc_lab.protocols import LabError
 SCENE_FORMAT = "torc-scene/2"
 FACTS, REFERENCE, SEEN = "scene.json", "reference.npz", "seen.png"
 PICTURES = 5
-"""Snapshots whose median is the reference."""
+"""Number of snapshots whose median is the reference."""
 _NAME = r"\w[\w.-]{0,63}"
 _FROZEN_S, _BETWEEN_S = 3.0, 0.05
 _LEAST_PX = 60
-"""An object that shows less is no measure of anything."""
+"""Objects with fewer pixels are dropped: their overlap would mean nothing."""
 _MAX_BYTES, _MAX_FACTS_BYTES = 512 * 2**20, 2**20
 _AGAIN = "Store it again: `torc lab scene`."
 
 
 @dataclass(frozen=True)
 class Scene:
-    """What has to lie where, and what is to be retrieved.
+    """Which objects lie where, and which one is the target.
 
     Attributes:
-        name: stands for the problem in results, after "scene-".
+        name: identifies the problem in results, after "scene-".
         lab: name of the lab file with which it was stored.
         wanted: the target.
-        reference: the median of some snapshots; its `label_image` holds the masks that perception found, by the numbers
-            of `seen.png`: 0 is the target, if it was in sight.
+        reference: the median of several snapshots. Its `label_image` holds perception's masks, with the numbers of
+            `seen.png`: 0 is the target, if it was in sight.
     """
 
     name: str
@@ -67,23 +67,23 @@ class Scene:
 
     @property
     def problem(self) -> str:
-        """What stands for a problem's name: no shipped problem is called so."""
+        """Return the problem's name in results; no shipped problem has such a name."""
         return f"scene-{self.name}"
 
     @cached_property
     def ids(self) -> tuple[int, ...]:
-        """Numbers of the objects, rising."""
+        """Return the objects' numbers, ascending."""
         label = self.reference.label_image
         return () if label is None else tuple(np.unique(label[label >= 0]).tolist())
 
     @property
     def target_in_sight(self) -> bool:
-        """Whether perception knew the target in the reference."""
+        """Return whether perception identified the target in the reference."""
         return TARGET_ID in self.ids
 
     @cached_property
     def digest(self) -> str:
-        """Of all that decides what is laid out and retrieved."""
+        """Return a digest of the reference and the target."""
         reference, wanted = self.reference, self.wanted
         o, label = reference.observation, reference.label_image
         arrays = [o.rgb, o.depth_m, *([] if label is None else [label]), *wanted.pictures]
@@ -103,16 +103,17 @@ class _SceneFile(BaseModel):
 
 
 class Eyes:
-    """Snapshots as a lab's trials see them: with the depth of its depth stage, and what its perception finds."""
+    """Takes snapshots as a lab's trials see them, with its depth and perception stages."""
 
     def __init__(self, lab: Lab, camera: Camera) -> None:
-        """camera: open. Raises InputError for a depth stage that cannot be made."""
+        """Use an open camera. Raises InputError if the depth stage cannot be made."""
         self._lab, self._camera, self._last_stamp_s = lab, camera, 0.0
         self._depth = make_stage(lab.conditions, "depth", BuildContext(workspace=lab.workspace))
 
     def look(self) -> Observation:
-        """A new snapshot; labels that its source knows are left out. Raises LabError where none comes, InputError,
-        CameraError, PartError.
+        """Return a new snapshot, without labels even if its source knows them.
+
+        Raises LabError if the camera repeats one picture, and InputError, CameraError or PartError.
         """
         given_up = time.monotonic() + _FROZEN_S
         while (found := ask_camera(self._camera).observation).stamp_s == self._last_stamp_s != 0:
@@ -124,7 +125,7 @@ class Eyes:
         return replace(found, depth_m=clean_depth("The snapshot", found.depth_m), pair=None)
 
     def find(self, seen: Observation, wanted: Wanted) -> SegmentedScene:
-        """The objects in a snapshot. Raises InputError for a perception that is given its masks, or cannot be made."""
+        """Return the objects in a snapshot. Raises InputError if the perception needs labels or cannot be made."""
         context = BuildContext(workspace=self._lab.workspace)
         rough = DEPTHS.traits(self._depth).rough
         perception = make_stage(self._lab.conditions, "perception", context, rough=rough)
@@ -143,7 +144,17 @@ def record_scene(
     pictures: int = PICTURES,
     say: Callable[[str], None] = say_in_terminal,
 ) -> tuple[Scene, SegmentedScene]:
-    """The scene that lies before the camera now, and what perception made of it. Raises InputError: no object."""
+    """Record the scene before the camera; return it and perception's result.
+
+    Args:
+        name: the scene's name.
+        wanted: the target.
+        pictures: number of snapshots whose median is the reference.
+        say: shows a message to the person.
+
+    Raises:
+        InputError: no object is in sight.
+    """
     say(f"Taking {pictures} pictures: leave everything as it is.")
     shots = [eyes.look() for _ in range(pictures)]
     found = eyes.find(median_picture(shots), wanted)
@@ -161,7 +172,7 @@ def record_scene(
 
 
 def median_picture(shots: Sequence[Observation]) -> Observation:
-    """The median of snapshots of one scene; depth where at least half of them have a reading. As the last one else."""
+    """Return the median of snapshots of one scene, else as the last one; depth where at least half have a reading."""
     read = np.stack([np.where(s.depth_m > 0, s.depth_m, np.nan) for s in shots])
     often = np.isfinite(read).mean(axis=0) >= 0.5
     depth = np.zeros(often.shape, np.float32)
@@ -171,7 +182,7 @@ def median_picture(shots: Sequence[Observation]) -> Observation:
 
 
 def check_scene_place(directory: Path, overwrite: bool) -> None:
-    """Raises InputError where a scene cannot be stored: before it is laid out, rather than after."""
+    """Raise InputError if a scene cannot be stored there. Call it before the scene is laid out."""
     check_place(directory, overwrite, FACTS, "scene")
     if not re.fullmatch(_NAME, directory.name):
         raise InputError(f"A scene's name has letters, digits, '.', '_' and '-', unlike '{directory.name}'.")
@@ -180,8 +191,13 @@ def check_scene_place(directory: Path, overwrite: bool) -> None:
 def save_scene(
     scene: Scene, directory: Path, overwrite: bool = False, found: SegmentedScene | None = None
 ) -> None:
-    """Writes the directory of a scene, whole or not at all; `found` for the picture with the numbers. Raises InputError
-    if the directory exists (and not overwrite), is no scene, or cannot be written.
+    """Write the directory of a scene, completely or not at all.
+
+    Args:
+        found: perception's result, to draw the picture with the numbers; without it there is no picture.
+
+    Raises:
+        InputError: the directory exists and `overwrite` is False, is not a scene, or cannot be written.
     """
     check_scene_place(directory, overwrite)
     aside = directory.with_name(directory.name + ".partial")
@@ -214,12 +230,12 @@ def save_scene(
 
 
 def is_scene(directory: Path) -> bool:
-    """Whether a scene was stored there."""
+    """Return whether the directory holds a scene."""
     return (directory / FACTS).is_file()
 
 
 def load_scene(directory: Path) -> Scene:
-    """A scene that was stored. Raises InputError if it is missing or damaged: it may come from a stranger."""
+    """Load a stored scene. Raises InputError if it is missing or damaged; the files are not trusted."""
     if not is_scene(directory):
         raise InputError(f"'{directory}' holds no scene. `torc lab scene {directory} --lab FILE` stores one.")
     path = directory / FACTS

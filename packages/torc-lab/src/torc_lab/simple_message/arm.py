@@ -1,4 +1,4 @@
-"""The `ArmDriver` of a Motoman controller with MotoROS, spoken to without ROS."""
+"""The `ArmDriver` of a Motoman controller with MotoROS, without ROS."""
 
 import itertools
 import threading
@@ -36,19 +36,19 @@ from torc_lab.simple_message.messages import (
 
 _BUSY_S, _POLL_S = 0.005, 0.05
 _POINT_S = 0.04
-"""Time between the points that are sent: each takes an exchange, and the controller bends a curve through them."""
+"""Time between the points that are sent: each needs an exchange, and the controller bends a curve through them."""
 _FIRST = 3
-"""Times the time-out: until the controller has told its state for the first time."""
+"""Wait for the controller's first state, in time-outs."""
 
 
 @dataclass(frozen=True)
 class MotomanConfig:
-    """Where the controller is.
+    """Address of the controller, and the arm's group.
 
     Attributes:
         host: its name or address.
-        group: which of the controller's groups the arm is, counted from 0. Two-armed robots count the left arm first:
-            the right arm of an SDA10F is group 1.
+        group: the arm's group on the controller, counted from 0. Two-armed robots count the left arm first: the right
+            arm of an SDA10F is group 1.
         motion_port, state_port: of MotoROS.
         timeout_s: for one answer.
     """
@@ -68,18 +68,18 @@ class MotomanArm(Link):
     """One group of a controller, e.g. the right arm of an SDA10F.
 
     It does not feel contacts. The controller stops all groups at once, and checks that a trajectory starts within 30
-    pulses of where the arm is.
+    pulses of the arm's position.
 
-    The connection for motions is opened by the first command, not before. A controller keeps up to .8 s of motion when
-    its client dies, and plays it as soon as the next one connects; therefore the first frame on a new connection is a
-    stop. (Source: motoman_driver 1.9.12, MotionServer.c: a closed connection deletes the tasks, not the queue.)
+    The first command opens the connection for motions, nothing earlier. If its client dies, a controller keeps up to .8
+    s of motion and plays it as soon as the next one connects; so the first frame on a new connection is a stop.
+    (Source: motoman_driver 1.9.12, MotionServer.c: a closed connection deletes the tasks, not the queue.)
     """
 
     feels_contact = False
     start_tolerance_rad = 1e-4
 
     def __init__(self, config: MotomanConfig, dof: int) -> None:
-        """Connects and waits for the first state. dof: joints of the arm. Raises LabError, InputError."""
+        """Connect and wait for the first state. dof: number of the arm's joints. Raises LabError, InputError."""
         if not 1 <= dof <= JOINTS:
             raise InputError(f"A group of a Motoman has at most {JOINTS} joints, not {dof}.")
         super().__init__(f"Motoman at {config.host}, group {config.group}")
@@ -103,7 +103,7 @@ class MotomanArm(Link):
         self._cancelled = threading.Event()
 
     def status(self) -> ArmStatus:
-        """The latest; as old as the older of positions and state. Raises LabError if the connection is lost."""
+        """Return the latest status, stamped with the older of its parts. Raises LabError if the connection is lost."""
         with self._news:
             self._check()
             assert self._qpos is not None
@@ -112,19 +112,20 @@ class MotomanArm(Link):
             return ArmStatus(min(self._stamps), self._qpos.copy(), moving, self._robot.stopped)
 
     def other_joints(self) -> Mapping[str, float]:
-        """The first joint of every other group, radians: that of a torso is its only one. Raises LabError."""
+        """Return the first joint of every other group, radians; a torso has only this one. Raises LabError."""
         with self._news:
             self._check()
             return dict(self._others)
 
     def enable(self) -> None:
-        """Powers the servos and lets trajectories in (the controller's job INIT_ROS). **The brakes open.** Raises
-        LabError with the controller's reason.
+        """Power the servos and let trajectories in (the controller's job INIT_ROS). **The brakes open.**
+
+        Raises LabError with the controller's reason.
         """
         self._command(Command.START_TRAJ_MODE)
 
     def start(self, trajectory: Trajectory) -> None:
-        """Sends the first point, which the controller checks, and goes on sending. Raises LabError if it refuses."""
+        """Send the first point, which the controller checks, and go on sending. Raises LabError if it refuses."""
         self._command(Command.CHECK_MOTION_READY)
         trajectory = thinned(trajectory, max(2, int(np.ceil(trajectory.duration_s / _POINT_S)) + 1))
         self._cancelled, self._ended = threading.Event(), None
@@ -137,12 +138,13 @@ class MotomanArm(Link):
         ).start()
 
     def ended(self) -> str | None:
-        """None until all points are sent and the controller's queue is empty. Raises LabError if it is lost."""
+        """Return None until all points are sent and the controller's queue is empty. Raises LabError if it is lost."""
         self._check()
         return self._ended
 
     def stop(self) -> None:
-        """Sends no further points, and clears the controller's queue; nothing if this connection has moved nothing.
+        """Send no further points and clear the controller's queue; do nothing if this connection has moved nothing.
+
         Raises LabError if the controller cannot be reached.
         """
         self._cancelled.set()
@@ -152,7 +154,7 @@ class MotomanArm(Link):
             self._command(Command.STOP_MOTION)
 
     def close(self) -> None:
-        """Stops, and ends both connections."""
+        """Stop, and end both connections."""
         with suppress(LabError):
             self.stop()  # the controller would keep its queue for whoever connects next
         self._lose("it was closed")
@@ -163,8 +165,9 @@ class MotomanArm(Link):
             self._lock.release()
 
     def _opened(self) -> Channel:
-        """The connection for motions. Opening it stops whatever the controller still has in its queue. Raises LabError,
-        also if another torc moves this controller.
+        """Return the connection for motions; opening it stops all motion left in the controller's queue.
+
+        Raises LabError, also if another torc moves this controller.
         """
         with self._opening:
             if self._motion is None:
@@ -184,7 +187,7 @@ class MotomanArm(Link):
             return self._motion
 
     def _command(self, command: Command) -> int:
-        """The subcode of a command that succeeded. Raises LabError with the reason of one that did not."""
+        """Send a command and return the reply's subcode. Raises LabError with the reason if it failed."""
         sequence = next(self._sequence)
         body = motion_ctrl(self.group, sequence, command, self._order)
         reply = self._asked(Frame(Kind.MOTION_CTRL, Comm.REQUEST, body))
@@ -205,7 +208,7 @@ class MotomanArm(Link):
         return MotionReply.unpack(reply.body, self._order)
 
     def _send(self, trajectory: Trajectory, k: int, cancelled: threading.Event) -> str:
-        """Sends one point, again as long as the controller is busy; why it was refused, or ""."""
+        """Send one point, repeatedly while the controller is busy; return why it was refused, or ""."""
         t, q, v = trajectory.times_s[k], trajectory.qpos[k], trajectory.qvel[k]
         point = TrajectoryPoint(self.group, k, float(t), q, v)
         frame = Frame(Kind.JOINT_TRAJ_PT_FULL, Comm.REQUEST, point.pack(self._order))
@@ -222,7 +225,7 @@ class MotomanArm(Link):
         return "torc stopped it"
 
     def _stream(self, trajectory: Trajectory, cancelled: threading.Event) -> None:
-        """Sends the other points, and waits until the queue is empty."""
+        """Send the other points, and wait until the queue is empty."""
         how, k = "", 1
         try:
             while not how and k < len(trajectory.times_s):
@@ -236,7 +239,7 @@ class MotomanArm(Link):
             self._ended = how
 
     def _read(self) -> None:
-        """Takes in what the controller tells of itself."""
+        """Take in the controller's messages about its state."""
         try:
             while True:
                 frame = self._state.receive()

@@ -9,10 +9,10 @@ from torc_lab.simple_message.messages import MAX_LENGTH, ByteOrder, Frame, byte_
 
 
 class Channel(Link):
-    """A connection to a controller; may be used by several threads, one exchange at a time."""
+    """A connection to a controller; several threads may use it, one exchange at a time."""
 
     def __init__(self, host: str, port: int, timeout_s: float = 1.0, order: ByteOrder | None = None) -> None:
-        """Connects. Without an `order`, the first frame that is received tells. Raises LabError."""
+        """Connect. Without an `order`, the first received frame determines it. Raises LabError."""
         super().__init__(f"The connection to {host}:{port}")
         self.order, self._lock = order, threading.Lock()
         try:
@@ -29,12 +29,12 @@ class Channel(Link):
         self._socket.close()
 
     def ask(self, frame: Frame) -> Frame:
-        """Sends a frame and receives one. Raises LabError."""
+        """Send a frame and return the answer. Raises LabError."""
         with self._lock:
             return self._exchange(frame.pack(self.order or "big"))
 
     def receive(self) -> Frame:
-        """The next frame. Raises LabError."""
+        """Return the next frame. Raises LabError."""
         return self._exchange(b"")
 
     def _exchange(self, request: bytes) -> Frame:

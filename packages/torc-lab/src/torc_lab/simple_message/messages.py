@@ -1,7 +1,7 @@
 """The messages of MotoROS, byte for byte, in either byte order.
 
-A frame is the length of what follows, then message type, communication type and reply type, then the body; all numbers
-have four bytes. (Source: motoman_driver 1.9.12, MotoPlus/SimpleMessage.h; ROS-Industrial's simple_message.)
+A frame is the length of the rest, then message type, communication type and reply type, then the body; all numbers have
+four bytes. (Source: motoman_driver 1.9.12, MotoPlus/SimpleMessage.h; ROS-Industrial's simple_message.)
 """
 
 import struct
@@ -20,10 +20,10 @@ ByteOrder = Literal["big", "little"]
 _SIGN: dict[ByteOrder, str] = {"big": ">", "little": "<"}
 MOTION_PORT, STATE_PORT = 50240, 50241
 JOINTS = 10
-"""Numbers per joint quantity in a message, whatever the robot has."""
+"""Numbers per joint quantity in a message, for every robot."""
 _HEADER = 12
 MAX_LENGTH = 4096
-"""Of what follows the length; the longest message has 544 bytes."""
+"""Largest length after the length field; the longest message has 544 bytes."""
 
 
 class Kind(IntEnum):
@@ -46,7 +46,7 @@ class Comm(IntEnum):
 
 
 class Command(IntEnum):
-    """Of a MOTION_CTRL message."""
+    """Commands of a MOTION_CTRL message."""
 
     CHECK_MOTION_READY = 200101
     CHECK_QUEUE_COUNT = 200102
@@ -56,7 +56,7 @@ class Command(IntEnum):
 
 
 class Result(IntEnum):
-    """Of a MOTION_REPLY message. BUSY: send the point again."""
+    """Results in a MOTION_REPLY message. BUSY: send the point again."""
 
     SUCCESS = 0
     BUSY = 1
@@ -96,12 +96,12 @@ SUBCODES = {
     5012: "an incremental move failed",
 }
 _ALL_FIELDS = 1 | 2 | 4
-"""Time, position and velocity are there."""
+"""Time, position and velocity are present."""
 
 
 @dataclass(frozen=True)
 class Frame:
-    """A message: what it is, and its body as it came."""
+    """A message: its types, and its body as received."""
 
     kind: int
     comm: int
@@ -109,19 +109,19 @@ class Frame:
     reply: int = 0
 
     def pack(self, order: ByteOrder) -> bytes:
-        """With its length in front."""
+        """Return the frame's bytes, with their length in front."""
         header = struct.pack(_SIGN[order] + "4i", _HEADER + len(self.body), self.kind, self.comm, self.reply)
         return header + self.body
 
     @classmethod
     def unpack(cls, data: bytes, order: ByteOrder) -> Self:
-        """Of what follows the length. Raises LabError if that is too short."""
+        """Read a frame from the bytes after the length. Raises LabError if they are too few."""
         kind, comm, reply = _numbers("3i", data[:_HEADER], order)
         return cls(kind, comm, data[_HEADER:], reply)
 
 
 def byte_order(length: bytes) -> ByteOrder:
-    """The order in which a length of four bytes makes sense. Raises LabError if it does in none, or both."""
+    """Return the byte order that makes this length of four bytes valid. Raises LabError if neither or both do."""
     found = [order for order in _SIGN if _HEADER <= int.from_bytes(length, order) <= MAX_LENGTH]
     if len(found) != 1:
         raise LabError(f"It sent {length.hex(' ')}, which is no length of a message of simple_message.")
@@ -145,12 +145,12 @@ class RobotStatus:
 
     @classmethod
     def unpack(cls, body: bytes, order: ByteOrder) -> Self:
-        """Raises LabError for another size."""
+        """Read a status. Raises LabError for another size."""
         return cls(*_numbers("7i", body, order))
 
     @property
     def stopped(self) -> str:
-        """Why nothing moves, "" if it may. What is unknown does not count as well."""
+        """Why nothing moves, "" if it may move. Unknown values count as reasons."""
         reasons = {
             "e-stop": self.e_stopped != 0,
             f"alarm {self.error_code}": self.in_error != 0,
@@ -163,7 +163,7 @@ class RobotStatus:
 
 @dataclass(frozen=True)
 class TrajectoryPoint:
-    """One point of a group's trajectory; number 0 is where the arm is."""
+    """One point of a group's trajectory; point 0 is the arm's position."""
 
     group: int
     sequence: int
@@ -177,7 +177,7 @@ class TrajectoryPoint:
 
     @classmethod
     def unpack(cls, body: bytes, order: ByteOrder) -> Self:
-        """With all JOINTS numbers. Raises LabError for another size, or fields that are left out."""
+        """Read a point, with all JOINTS numbers. Raises LabError for another size, or if fields are left out."""
         group, sequence, valid, time_s, *rest = _numbers("3i31f", body, order)
         if valid & _ALL_FIELDS != _ALL_FIELDS:
             raise LabError("A point has no time, position or velocity.")
@@ -186,20 +186,21 @@ class TrajectoryPoint:
 
 @dataclass(frozen=True)
 class Feedback:
-    """Where one group is; received with all JOINTS numbers."""
+    """One group's joint positions, radians; received with all JOINTS numbers."""
 
     group: int
     qpos: Float[np.ndarray, "n"]
 
     def pack(self, order: ByteOrder) -> bytes:
-        """The body of a JOINT_FEEDBACK."""
+        """Return the body of a JOINT_FEEDBACK."""
         numbers = [0.0, *_padded(self.qpos), *_padded([]), *_padded([])]
         return struct.pack(_SIGN[order] + "2i31f", self.group, 2, *numbers)
 
 
 def feedback_of(frame: Frame, order: ByteOrder) -> tuple[Feedback, ...]:
-    """The groups' positions in a JOINT_FEEDBACK or JOINT_FEEDBACK_EX. Raises LabError for another size, or numbers that
-    are none.
+    """Return the groups' positions in a JOINT_FEEDBACK or JOINT_FEEDBACK_EX.
+
+    Raises LabError for another size, or if a position is not finite.
     """
     if frame.kind == Kind.JOINT_FEEDBACK:
         parts = [frame.body]
@@ -220,13 +221,13 @@ def feedback_of(frame: Frame, order: ByteOrder) -> tuple[Feedback, ...]:
 
 
 def motion_ctrl(group: int, sequence: int, command: Command, order: ByteOrder) -> bytes:
-    """The body of a MOTION_CTRL."""
+    """Return the body of a MOTION_CTRL."""
     return struct.pack(_SIGN[order] + "3i10f", group, sequence, command, *_padded([]))
 
 
 @dataclass(frozen=True)
 class MotionReply:
-    """The answer to a point or a command; `command` is that command, or the type of the message."""
+    """The answer to a point or a command; `command` is that command, or the message type of the point."""
 
     group: int
     sequence: int
@@ -239,12 +240,12 @@ class MotionReply:
 
     @classmethod
     def unpack(cls, body: bytes, order: ByteOrder) -> Self:
-        """Raises LabError for another size."""
+        """Read a reply. Raises LabError for another size."""
         return cls(*_numbers("5i10f", body, order)[:5])
 
     @property
     def reason(self) -> str:
-        """Why it was refused, in words."""
+        """Why the request was refused, for people."""
         result = Result(self.result).name.lower() if self.result in set(Result) else f"result {self.result}"
         return SUBCODES.get(self.subcode, f"{result}, code {self.subcode}")
 

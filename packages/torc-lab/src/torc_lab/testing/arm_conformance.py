@@ -1,7 +1,4 @@
-"""What every arm driver must do, as checks that the author of one runs on it, best on a twin: the arm moves a little.
-
-check_arm_driver(lambda: MyDriver(...))
-"""
+"""Check what every arm driver must do, best on a twin: `check_arm_driver(lambda: MyDriver(...))`."""
 
 import time
 from collections.abc import Callable
@@ -19,8 +16,15 @@ _ENDS_S, _ARRIVED_RAD = 3.0, 0.01
 
 
 def check_arm_driver(connect: Callable[[], ArmDriver]) -> None:
-    """Connects, turns the first joint by .05 rad and back, stops a motion halfway, and ends the connection. The arm
-    must be at rest, and let motions in. Raises NonConformanceError naming all that was broken.
+    """Turn the first joint by 0.05 rad and back, stop a motion halfway, and end the connection. **The arm moves.**
+
+    It must be at rest and allow motions.
+
+    Args:
+        connect: makes a connection.
+
+    Raises:
+        NonConformanceError: names everything that is broken.
     """
     driver = connect()
     if missing := missing_methods(driver, ArmDriver):
@@ -81,7 +85,7 @@ def _stops(driver: ArmDriver) -> list[str]:
 
 
 def _is_closed(driver: ArmDriver) -> list[str]:
-    """A connection that was ended stays so."""
+    """Return faults if the driver still answers after its connection has ended."""
     found = []
     for name, call in (("status", driver.status), ("ended", driver.ended)):
         try:

@@ -1,1 +1,1 @@
-"""The laboratory's twin: a simulated robot behind the wires of a real one, to rehearse on. Nothing here is real."""
+"""Twins of a laboratory's devices: a simulated robot that speaks a real one's protocols, to rehearse on."""

@@ -1,4 +1,4 @@
-"""What twins share: TCP servers on the loopback interface, and the protocols of what moves behind the wires."""
+"""What twins share: TCP servers on the loopback interface, and protocols of the simulated arm and fingers."""
 
 import socket
 import threading
@@ -14,37 +14,37 @@ import numpy as np
 from torc_lab.robotiq.registers import Object
 
 HALFWAY_RAD = 0.2
-"""An arm with less than this before it may still arrive when it is told to stop: it lags behind what it was told."""
+"""An arm this close to its goal may still arrive after a stop, because it lags behind its set points."""
 PERIOD_S = 0.004
-"""Between two set points of an arm."""
+"""Time between two set points of an arm."""
 _POLL_S = 0.05
 Serve = Callable[[socket.socket], None]
-"""Speaks on a connection until it ends. An OSError, or a message cut off in the middle, ends it quietly."""
+"""Serves a connection until it ends. An OSError, or a message cut off in the middle, ends it quietly."""
 
 
 class ArmBehind(Protocol):
-    """An arm that is told points of a trajectory when it has to be there."""
+    """An arm that follows set points, each given when the arm has to be there."""
 
     @property
     def qpos(self) -> np.ndarray:
-        """Where it is."""
+        """Return the joint positions, radians."""
 
     def goal(self, qpos: np.ndarray) -> None:
-        """Where it has to be now."""
+        """Set where the arm has to be now, radians."""
 
     @property
     def contact_n(self) -> float:
-        """Force at its hardest contact, but for what it holds, newtons."""
+        """Return the force at the hardest contact, except with the held object, newtons."""
 
 
 class Fingers(Protocol):
     """A gripper's fingers. Positions are 0 (open) to 255 (closed)."""
 
     def go(self, position: int, speed: int, force: int) -> None:
-        """Starts towards a position."""
+        """Start moving towards a position."""
 
     def now(self) -> tuple[int, Object]:
-        """Where they are, and whether something stopped them."""
+        """Return the position, and whether something stopped the fingers."""
 
 
 class _Server(ThreadingTCPServer):
@@ -66,12 +66,12 @@ class _Server(ThreadingTCPServer):
 
 
 class TcpTwin:
-    """A TCP server per port with a thread per connection, in a `with`, and a step that is repeated meanwhile."""
+    """Serve TCP ports during a `with`, with a thread per connection, and repeat a step meanwhile."""
 
     def __init__(
         self, host: str, serves: Sequence[tuple[int, Serve]], step: Callable[[], None] | None = None
     ) -> None:
-        """Ports, 0 for any, and who serves there. Raises OSError if one is taken."""
+        """Bind the ports of `serves` (0: any free port). Raises OSError if one is taken."""
         self.host, self._running, self._servers = host, True, list[_Server]()
         try:
             for port, serve in serves:
@@ -101,11 +101,11 @@ class TcpTwin:
 
     @property
     def ports(self) -> tuple[int, ...]:
-        """In the order of who serves there."""
+        """Return the bound ports, in the order of `serves`."""
         return tuple(int(server.server_address[1]) for server in self._servers)
 
     def cut(self) -> None:
-        """Ends all connections without a farewell."""
+        """End all connections abruptly, without a closing message."""
         for server in self._servers:
             for connection in server.connections:
                 with suppress(OSError):

@@ -1,6 +1,6 @@
-"""A Franka hand that is none: the actions and the topic of franka_gripper, for a `RosTwin` to offer.
+"""A simulated Franka hand: the actions and the topic of franka_gripper, for a `RosTwin` to offer.
 
-Its fingers are anybody's (`torc_lab.twin.base`).
+It moves any `Fingers` of `torc_lab.twin.base`.
 """
 
 import time
@@ -17,11 +17,11 @@ _MOTION_S, _BEGINS_S, _POLL_S = 8.0, 0.1, 0.01
 
 
 class FrankaHandTwin:
-    """The node franka_gripper.
+    """Imitates the node franka_gripper.
 
     Attributes:
-        name: of the node.
-        fault: anything but 0: its actions fail.
+        name: the node's name.
+        fault: if it is not 0, every action fails.
     """
 
     def __init__(self, fingers: Fingers, max_width_m: float, name: str = "/franka_gripper") -> None:
@@ -29,12 +29,12 @@ class FrankaHandTwin:
         self._scale = WidthScale(max_width_m=max_width_m)
 
     def joint_states(self) -> dict[str, Any]:
-        """The message of the fingers' positions: each has half of the opening."""
+        """Return a JointState message; each finger's position is half of the opening."""
         width_m = self._scale.width_m(self.fingers.now()[0])
         return {"name": ["finger_joint1", "finger_joint2"], "position": [width_m / 2, width_m / 2]}
 
     def act(self, action: str, goal: Mapping[str, Any]) -> tuple[int, dict[str, Any]]:
-        """Plays move, grasp or homing to its end; the status, and the result's values."""
+        """Carry out move, grasp or homing; return the action's status and the values of its result."""
         if self.fault:
             return _ABORTED, {"success": False, "error": "libfranka gripper: command failed"}
         closing = action == "grasp"
@@ -52,7 +52,7 @@ class FrankaHandTwin:
         return SUCCEEDED[2], {"success": bool(good), "error": ""}
 
     def _go(self, position: int, force: int) -> Object:
-        """Leads the fingers to a position, and waits until they rest."""
+        """Move the fingers to a position and wait until they rest."""
         self.fingers.go(position, 255, force)
         time.sleep(_BEGINS_S)
         deadline = time.monotonic() + _MOTION_S

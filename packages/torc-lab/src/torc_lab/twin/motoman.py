@@ -1,6 +1,6 @@
-"""A Motoman controller that is none, behind simple_message on the loopback interface: as MotoROS answers.
+"""A simulated Motoman controller that answers simple_message on the loopback interface as MotoROS does.
 
-Its arm is anybody's (`torc_lab.twin.base`). Faults come on command.
+It moves any `ArmBehind` of `torc_lab.twin.base`. Faults are triggered on command.
 """
 
 import socket
@@ -31,22 +31,22 @@ READY = RobotStatus(1, 0, 0, 0, 0, 2, 1)
 _STATE_PERIOD_S = 0.025
 _START_RAD = 1e-4
 _QUEUE_S = 0.8
-"""The controller takes in so much motion ahead of time (200 increments of 4 ms); then it is busy."""
+"""How far ahead the controller accepts motion (200 increments of 4 ms); beyond that it answers busy."""
 
 
 class MotomanTwin(TcpTwin):
-    """A controller with one arm as one of its groups; in a `with`.
+    """Serves one arm, as one of the controller's groups, during a `with`.
 
-    It has one motion connection, and moves only while there is one: when that ends, it keeps its queue, and plays the
-    rest as soon as somebody connects again. A second client replaces the first, or is sent away while there is motion
+    The arm moves only while a motion connection is open. When that ends, the controller keeps its queue and plays the
+    rest as soon as a client connects again. A second client replaces the first, but is rejected while there is motion
     in the queue. (motoman_driver 1.9.12, MotionServer.c)
 
     Attributes:
-        state: what it says of itself beside in_motion; change it to press the e-stop, say.
-        torso: position of its group 2, which the arm hangs on, radians.
-        silent: it says nothing any more.
-        heard: every message of the motion connection.
-        clients: motion connections that were opened so far.
+        state: the reported status except in_motion; change it to press the e-stop, for example.
+        torso: position of group 2, which carries the arm, radians.
+        silent: it publishes no state any more.
+        heard: every message received on motion connections.
+        clients: how many motion connections were accepted so far.
     """
 
     def __init__(
@@ -65,17 +65,17 @@ class MotomanTwin(TcpTwin):
         super().__init__("127.0.0.1", [(0, self._serve_motion), (0, self._serve_state)], self._move)
 
     def halt(self, **changed: int) -> None:
-        """Stops the arm where it is, with another state, e.g. e_stopped=1; no motion is possible then."""
+        """Stop the arm where it is and change the state, e.g. e_stopped=1; no motion is possible afterwards."""
         with self._lock:
             self._points, self._last = [], None
             self.state = replace(self.state, **{"motion_possible": 0, **changed})
 
     def recover(self) -> None:
-        """All is well again, but for connections that were cut."""
+        """End all faults; connections that were cut stay so."""
         self.state, self.silent = READY, False
 
     def pretend_done(self) -> bool:
-        """Stops the arm where it is, and says that its queue is empty; False if it is not halfway."""
+        """Stop the arm where it is and report an empty queue; return False if the arm is not halfway."""
         with self._lock:
             ahead = self._points[-1].qpos[: len(self.arm.qpos)] if self._points else self.arm.qpos
             if np.abs(ahead - self.arm.qpos).max() < HALFWAY_RAD:
@@ -106,7 +106,7 @@ class MotomanTwin(TcpTwin):
                     self._client, self._paused_at = None, time.monotonic()
 
     def _admits(self, connection: socket.socket) -> bool:
-        """Whether a client becomes the one that moves the arm: the queue goes on then."""
+        """Return whether to accept a client; if so, the queue continues under it."""
         with self._lock:
             if self._client is not None and self._points:
                 connection.close()
@@ -197,7 +197,7 @@ class MotomanTwin(TcpTwin):
         return next((code for code, true in reasons.items() if true), 5008)
 
     def _move(self) -> None:
-        """Leads the arm along what is in the queue."""
+        """Move the arm along the queued points."""
         with self._lock:
             if not self._points or self._paused_at is not None:
                 return

@@ -1,4 +1,4 @@
-"""A simulated laboratory behind the wires of a lab file, on the loopback interface; faults on command."""
+"""Twins of the devices of a lab file, around a simulated world, with faults on command."""
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
@@ -21,7 +21,7 @@ from torc_lab.twin.ur import UrTwin
 from torc_lab.twin.world import LiveWorld
 
 _CONTROLLER_SPEED = 2.0
-"""A controller refuses what is so many times faster than torc ever moves the robot: the maker allows more."""
+"""A controller refuses motions faster than torc's speed limits times this: the maker allows more than torc does."""
 _NUDGE_RAD = 0.05
 _MOTOR_FAULT = 0x0E
 ArmTwin = RosTwin | MotomanTwin | UrTwin
@@ -33,10 +33,10 @@ class Rehearsal:
     """The twins of a lab file.
 
     Attributes:
-        world: behind them.
-        arm: twin of the arm's controller, whose faults come on command.
+        world: the simulated world that the twins share.
+        arm: twin of the arm's controller; faults are triggered on command.
         gripper: twin of the gripper.
-        pictures: where the camera's pictures come from.
+        pictures: the twin that publishes the camera's pictures.
         text: a lab file like the user's, but with the twins' addresses.
     """
 
@@ -49,7 +49,7 @@ class Rehearsal:
 
 @contextmanager
 def rehearsal(lab: Lab, problem: Problem) -> Iterator[Rehearsal]:
-    """Twins of a lab's devices around a problem, during a `with`. Raises InputError for drivers without a twin."""
+    """Run twins of a lab's devices around a problem, during a `with`. Raises InputError for drivers without a twin."""
     with ExitStack() as stack:
         world = stack.enter_context(LiveWorld(problem, lab.robot, lab.workspace))
         gripper, gripper_settings = _gripper(lab, world, stack)
@@ -67,7 +67,7 @@ def rehearsal(lab: Lab, problem: Problem) -> Iterator[Rehearsal]:
 
 
 def write_lab(text: str, path: Path) -> None:
-    """Writes a rehearsal's lab file. Raises InputError where that cannot be."""
+    """Write a rehearsal's lab file. Raises InputError if it cannot be written."""
     try:
         path.write_text(
             "# The twins of a laboratory: for rehearsals while they run.\n" + text, encoding="utf-8"
@@ -77,7 +77,7 @@ def write_lab(text: str, path: Path) -> None:
 
 
 def _gripper(lab: Lab, world: LiveWorld, stack: ExitStack) -> tuple[GripperTwin, dict[str, Any]]:
-    """The gripper's twin, and the settings that lead there; none if it is behind the bridge."""
+    """Return the gripper's twin and the settings to reach it; no settings if it is behind the bridge."""
     robotiq = RobotiqTwin(world)
     match lab.gripper.driver:
         case "robotiq-modbus":
@@ -96,7 +96,7 @@ def _gripper(lab: Lab, world: LiveWorld, stack: ExitStack) -> tuple[GripperTwin,
 def _arm(
     lab: Lab, world: LiveWorld, gripper: GripperTwin, stack: ExitStack
 ) -> tuple[ArmTwin, RosTwin, dict[str, Any]]:
-    """The controller's twin, the bridge that gives the camera's pictures, and the settings that lead to the arm."""
+    """Return the controller's twin, the bridge with the camera's pictures, and the settings to reach the arm."""
     settings, joints = lab.arm.settings, lab.robot.arm
     hand = gripper if isinstance(gripper, FrankaHandTwin) else None
     arm: ArmTwin
@@ -138,7 +138,7 @@ def _freeze(there: Rehearsal) -> None:
 
 
 def recover(there: Rehearsal) -> None:
-    """All is well again, but for connections that were cut."""
+    """End all faults; connections that were cut stay so."""
     there.arm.recover()
     there.pictures.recover()
     there.gripper.fault = 0
@@ -160,7 +160,7 @@ FAULTS: Mapping[str, tuple[str, Callable[[Rehearsal], bool | None]]] = MappingPr
         "freeze-camera": ("the camera gives one picture again and again", _freeze),
     }
 )
-"""Name -> what happens, and what makes it happen, which returns False if it cannot now."""
+"""Name -> (what happens, a function that causes it and returns False if it cannot now)."""
 ACTIONS: Mapping[str, tuple[str, Callable[[Rehearsal], object]]] = MappingProxyType(
     {
         "recover": ("all is well again, but for connections that were cut", recover),
@@ -168,4 +168,4 @@ ACTIONS: Mapping[str, tuple[str, Callable[[Rehearsal], object]]] = MappingProxyT
         "disturb": ("somebody pushes an object aside by 3 cm", lambda there: there.world.disturb()),
     }
 )
-"""What a person does: name -> what, and what does it."""
+"""A person's actions: name -> (description, function)."""

@@ -1,6 +1,6 @@
-"""A Robotiq gripper that is none, behind Modbus TCP or the text socket of a UR: registers as the manual has them.
+"""A simulated Robotiq gripper behind Modbus TCP or a UR's text socket, with the registers of its manual.
 
-Its fingers are anybody's (`torc_lab.twin.base`). Faults come on command.
+It moves any `Fingers` of `torc_lab.twin.base`. Faults are triggered on command.
 """
 
 import asyncio
@@ -19,16 +19,16 @@ from torc_lab.twin.base import Fingers, TcpTwin
 
 _STARTS_S = 5.0
 _SILENCE_S, _SILENCE = 1.0, 0x09
-"""The first answer after so much silence carries this fault (manual, chapter "Control", gFLT)."""
+"""The first answer after this much silence carries this fault (manual, chapter "Control", gFLT)."""
 _MUST_ACTIVATE = 0x07
 _ACTIVATION_S = 0.1
 
 
 class RobotiqTwin:
-    """The gripper's own program.
+    """Imitates the gripper's firmware.
 
     Attributes:
-        fault: what it reports, e.g. 0x0E; 0 for none.
+        fault: the fault code to report, e.g. 0x0E; 0 for none.
         written: all values that were written to its registers.
     """
 
@@ -41,7 +41,7 @@ class RobotiqTwin:
         self._lock = threading.Lock()
 
     def write(self, offset: int, values: list[int]) -> None:
-        """Registers from COMMAND_REGISTER + offset on are written."""
+        """Write the registers from COMMAND_REGISTER + offset on, and act on them."""
         with self._lock:
             self.written.append(list(values))
             self._heard_s = time.monotonic()
@@ -56,7 +56,7 @@ class RobotiqTwin:
                 self.fingers.go(self._command[1] & 0xFF, speed, force)
 
     def read(self) -> list[int]:
-        """The registers from STATUS_REGISTER on."""
+        """Return the registers from STATUS_REGISTER on."""
         with self._lock:
             position, found = self.fingers.now()
             action = self._command[0] >> 8
@@ -74,10 +74,10 @@ class RobotiqTwin:
 
 
 class ModbusTwin:
-    """A twin behind pymodbus's server, on Modbus TCP on the loopback interface or on a serial line; in a `with`."""
+    """Serves a twin by pymodbus during a `with`: Modbus TCP on the loopback interface, or a serial line."""
 
     def __init__(self, twin: RobotiqTwin, line: str = "") -> None:
-        """line: a serial port, e.g. one end of a pair of pseudo-terminals."""
+        """Prepare to serve `line`, a serial port, e.g. one end of a pair of pseudo-terminals; TCP if empty."""
         self.twin, self.address = twin, line
         self._up, self._ending = threading.Event(), asyncio.Event()
         self._loop = asyncio.new_event_loop()
@@ -124,7 +124,7 @@ class ModbusTwin:
 
 
 class UrcapTwin(TcpTwin):
-    """A twin behind the text socket of a UR's program on the loopback interface; in a `with`."""
+    """Serves a twin during a `with`, as the text socket of the gripper's URCap on the loopback interface."""
 
     def __init__(self, twin: RobotiqTwin) -> None:
         super().__init__("127.0.0.1", [(0, self._serve)])
@@ -136,7 +136,7 @@ class UrcapTwin(TcpTwin):
                 connection.sendall(self.answer(line.decode("ascii", "replace").split()).encode())
 
     def answer(self, words: list[str]) -> str:
-        """What the URCap says to a line."""
+        """Return the URCap's answer to a line."""
         if words[:1] == ["GET"] and len(words) == 2:
             flags, faults, position = self.twin.read()
             values = {

@@ -1,6 +1,6 @@
-"""A trajectory controller and a camera of ROS 1 or ROS 2 that are none, behind rosbridge on the loopback interface.
+"""A simulated trajectory controller and camera of ROS 1 or 2, behind rosbridge on the loopback interface.
 
-Its arm is anybody's (`torc_lab.twin.base`). Faults come on command.
+It moves any `ArmBehind` of `torc_lab.twin.base`. Faults are triggered on command.
 """
 
 import base64
@@ -27,24 +27,24 @@ IMAGE_TOPICS = {
     "depth": "/camera/aligned_depth_to_color/image_raw",
     "info": "/camera/color/camera_info",
 }
-"""As realsense-ros calls them."""
+"""Topic names of realsense-ros."""
 READY = {"e_stopped": 0, "drives_powered": 1, "motion_possible": 1, "in_error": 0, "mode": 2}
 _CANCELLED = {1: 2, 2: 5}
 _ABORTED = {1: 4, 2: 6}
 
 
 class RosTwin:
-    """A server, in a `with`, with one controller.
+    """Serves one controller during a `with`.
 
     Attributes:
-        state: of its robot_status; change it to press the e-stop, say.
-        silent: it says nothing any more.
+        state: fields of its robot_status; change them to press the e-stop, for example.
+        silent: it publishes nothing any more.
         others: positions of joints that are not the arm's, radians. Each is published on the topic of joint states by
             a node of its own, as a Motoman driver does with its groups, or a gripper's driver.
-        frozen: its camera gives one picture again and again.
-        cancels: whether a goal ends when it is cancelled. rosbridge for ROS 2 takes cancelling in only once the goal
-            has ended, unless it is told otherwise.
-        heard: all that clients sent, but for subscriptions.
+        frozen: its camera repeats one picture.
+        cancels: whether a goal ends when it is cancelled. rosbridge for ROS 2, as configured by default, reads a
+            cancel request only once the goal has ended.
+        heard: all client requests except subscriptions.
     """
 
     def __init__(
@@ -56,7 +56,7 @@ class RosTwin:
         camera: Camera | None = None,
         hand: FrankaHandTwin | None = None,
     ) -> None:
-        """Without a camera there are no pictures, and without a hand only an arm."""
+        """Set up the server; without a camera it publishes no pictures, without a hand it has no gripper."""
         self.arm, self.joint_names, self.ros, self.action = arm, list(joint_names), ros, action
         self.state, self.silent, self.cancels = dict(READY), False, True
         self.others: dict[str, float] = {"finger": 0.0}
@@ -78,7 +78,7 @@ class RosTwin:
 
     @property
     def url(self) -> str:
-        """For `Rosbridge`."""
+        """Return the address for `Rosbridge`."""
         return f"ws://127.0.0.1:{self._server.socket.getsockname()[1]}"
 
     def __enter__(self) -> Self:
@@ -94,24 +94,24 @@ class RosTwin:
             thread.join()
 
     def cut(self) -> None:
-        """Ends all connections without a farewell."""
+        """End all connections abruptly, without a closing message."""
         for connection in self._connections:
             with suppress(OSError):
                 connection.socket.shutdown(2)
         self._connections.clear()
 
     def halt(self, **changed: int) -> None:
-        """Stops the arm where it is, with another state, e.g. e_stopped=1; no motion is possible then."""
+        """Stop the arm where it is and change the state, e.g. e_stopped=1; no motion is possible afterwards."""
         with self._lock:
             self.state |= {"motion_possible": 0, **changed}
             self._end(_ABORTED[self.ros], "the robot was stopped")
 
     def recover(self) -> None:
-        """All is well again, but for connections that were cut."""
+        """End all faults; connections that were cut stay so."""
         self.state, self.silent, self.frozen = dict(READY), False, False
 
     def pretend_done(self) -> bool:
-        """Stops the arm where it is, and says that it succeeded; False if it is not halfway."""
+        """Stop the arm where it is and report success; return False if the arm is not halfway."""
         with self._lock:
             if self._goal is None or np.abs(self._goal[3][-1] - self.arm.qpos).max() < HALFWAY_RAD:
                 return False
@@ -134,7 +134,7 @@ class RosTwin:
                     self._take(connection, request)
 
     def _publish(self, connection: Any, wish: str | None, topic: str) -> None:
-        """A topic's messages as long as they are wanted and the connection lasts."""
+        """Publish a topic's messages until the client unsubscribes or the connection ends."""
         with suppress(Exception):
             while self._running and (connection, wish, topic) in self._wishes:
                 for message in [] if self.silent else self._messages(topic):
@@ -142,7 +142,7 @@ class RosTwin:
                 time.sleep(_PICTURE_PERIOD_S if topic in IMAGE_TOPICS.values() else _TELLS_S)
 
     def _messages(self, topic: str) -> list[dict[str, Any]]:
-        """What comes next on a topic, from each of its publishers."""
+        """Return the next messages on a topic, one from each of its publishers."""
         if self._hand is not None and topic == f"{self._hand.name}/joint_states":
             return [self._hand.joint_states()]
         if topic.endswith("joint_states"):
@@ -164,12 +164,12 @@ class RosTwin:
         return {"header": header, "name": list(positions), "position": [float(q) for q in positions.values()]}
 
     def _safety_mode(self) -> int:
-        """As a UR tells it: normal, protective, safeguard or robot emergency stop."""
+        """Return a UR's safety mode: normal, protective stop, safeguard stop or robot emergency stop."""
         faults = {7: self.state["e_stopped"], 3: self.state["in_error"], 5: self.state["mode"] != 2}
         return next((mode for mode, true in faults.items() if true), 1)
 
     def _picture(self, camera: Camera) -> dict[str, dict[str, Any]]:
-        """The messages of one moment, by name: a new one if the last is old."""
+        """Return the messages of one snapshot, by name; take a new one if the last is old."""
         with self._picture_lock:
             taken_s, found = self._pictures
             if not found or (not self.frozen and time.monotonic() - taken_s > _PICTURE_PERIOD_S):
@@ -192,7 +192,7 @@ class RosTwin:
                     self._end(_CANCELLED[self.ros], "")
 
     def _act(self, connection: Any, request: dict[str, Any]) -> None:
-        """Lets the hand play an action, and tells how it ended."""
+        """Let the hand carry out an action, and report the result."""
         action, hand = request["action"], self._hand
         if hand is None or not action.startswith(f"{hand.name}/"):
             self._tell_result(connection, action, request["id"], 0, "no such action", False)
@@ -214,7 +214,7 @@ class RosTwin:
                 self._end(_ABORTED[self.ros], "no motion is possible")
 
     def _end(self, status: int, text: str) -> None:
-        """Ends the goal and tells its client. As in ROS 1, the result of a cancelled goal carries error code 0."""
+        """End the goal and notify its client. As in ROS 1, the result of a cancelled goal carries error code 0."""
         if self._goal is None:
             return
         connection, goal, *_ = self._goal
@@ -240,7 +240,7 @@ class RosTwin:
         connection.send(json.dumps(message))
 
     def _move(self) -> None:
-        """Leads the arm along its goal."""
+        """Move the arm along its goal."""
         while self._running:
             with self._lock:
                 if self._goal is not None:
@@ -253,7 +253,7 @@ class RosTwin:
 
 
 def image_messages(view: Observation, ros: RosVersion) -> dict[str, dict[str, Any]]:
-    """A snapshot as Image messages of colour ("color") and depth ("depth", millimetres), and as CameraInfo ("info")."""
+    """Return a snapshot as Image messages "color" and "depth" (millimetres), and its lens as CameraInfo "info"."""
     height, width = view.depth_m.shape
     stamp = duration(view.stamp_s, ros)
     common = {"header": {"stamp": stamp, "frame_id": "camera_color_optical_frame"}}

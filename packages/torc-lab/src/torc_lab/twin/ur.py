@@ -1,7 +1,8 @@
-"""A UR controller that is none, as ur_rtde sees one: it runs what ur_rtde's control script does, and never a script.
+"""A simulated UR controller for ur_rtde. It imitates ur_rtde's control script, but runs no script.
 
-It speaks on RTDE (protocol version 2: https://www.universal-robots.com/articles/ur/interface-communication, guide
-"RTDE"), the script port and the dashboard. Its arm is anybody's (`torc_lab.twin.base`). Faults come on command.
+It serves RTDE (protocol version 2: https://www.universal-robots.com/articles/ur/interface-communication, guide
+"RTDE"), the script port and the dashboard. It moves any `ArmBehind` of
+`torc_lab.twin.base`. Faults are triggered on command.
 """
 
 import socket
@@ -29,7 +30,7 @@ _NORMAL, _PROTECTIVE, _E_STOP = 1, 3, 7
 _SAFETY_BITS = {_NORMAL: 1, _PROTECTIVE: 1 << 2, _E_STOP: 1 << 7 | 1 << 10}
 _TELLS_S = 0.008
 READY: Mapping[str, Any] = {"robot_mode": _RUNNING, "safety_mode": _NORMAL, "remote": True, "slider": 1.0}
-"""What a robot says of itself that may move."""
+"""The reported state of a robot that may move."""
 _ANSWERS = {
     "PolyscopeVersion": "URSoftware 5.11.0.108249 (Dec 01 2021)",
     "get serial number": "20215500000",
@@ -38,17 +39,17 @@ _ANSWERS = {
 
 
 class UrTwin(TcpTwin):
-    """A controller with its arm; in a `with`.
+    """Serves a controller with its arm, during a `with`.
 
     Attributes:
-        state: what it says of itself; change it to press the e-stop, say.
-        silent: it says nothing any more.
-        heard: every command that is no question, by its number and arguments; the control script as ("script",).
-        force_n: on the TCP, beside that of contacts.
+        state: the reported state; change it to press the e-stop, for example.
+        silent: it publishes nothing any more.
+        heard: every command except queries, as its number and arguments; the control script as ("script",).
+        force_n: force on the TCP, newtons, in addition to that of contacts.
     """
 
     def __init__(self, arm: ArmBehind) -> None:
-        """Takes the first loopback address whose ports of a UR are free. Raises OSError if there is none."""
+        """Bind a UR's ports on the first loopback address where they are free. Raises OSError if there is none."""
         self.arm, self.state, self.silent, self.force_n = arm, dict(READY), False, np.zeros(3)
         self.heard: list[tuple[Any, ...]] = []
         self._inputs: dict[str, Any] = {}
@@ -68,7 +69,7 @@ class UrTwin(TcpTwin):
         raise OSError("No loopback address has the ports of a UR free.")
 
     def halt(self, e_stopped: int = 0, in_error: int = 0, mode: int = 2) -> None:
-        """Stops the arm and its program: by the e-stop, in a protective stop, or by the key to local mode (1)."""
+        """Stop the arm and its program by the e-stop, a protective stop, or the switch to local mode (mode=1)."""
         with self._lock:
             if e_stopped:
                 self.state |= {"safety_mode": _E_STOP, "robot_mode": _POWER_OFF}
@@ -79,11 +80,11 @@ class UrTwin(TcpTwin):
             self._end_program()
 
     def recover(self) -> None:
-        """All is well again, but for connections that were cut."""
+        """End all faults; connections that were cut stay so."""
         self.state, self.silent = dict(READY), False
 
     def pretend_done(self) -> bool:
-        """Stops the arm where it is, while its program goes on; False if it is not halfway."""
+        """Stop the arm where it is while its program goes on; return False if the arm is not moving."""
         with self._lock:
             if self._target is None or np.abs(self._speed).max() < _SLOW_RAD_S:
                 return False
@@ -143,7 +144,7 @@ class UrTwin(TcpTwin):
                         self._take(dict(zip(known, values, strict=True)))
 
     def _publish(self, connection: socket.socket, names: Sequence[str]) -> None:
-        """Tells the outputs as long as the connection lasts."""
+        """Publish the outputs until the connection ends."""
         layout = self._layout(names)
         with suppress(OSError):
             while self._running:
@@ -157,7 +158,7 @@ class UrTwin(TcpTwin):
         connection.sendall(struct.pack(">HB", 3 + len(body), ord(kind)) + body)
 
     def _outputs(self) -> Mapping[str, tuple[str, Any]]:
-        """Type and value of every RTDE variable that is told."""
+        """Return type and value of every RTDE output variable."""
         with self._lock:
             safety, mode = self.state["safety_mode"], self.state["robot_mode"]
             x, y, z = self.force_n
@@ -177,7 +178,7 @@ class UrTwin(TcpTwin):
             }
 
     def _type_of(self, name: str) -> str:
-        """The type of an RTDE variable; "NOT_FOUND" for one that this twin does not have."""
+        """Return the type of an RTDE variable, "NOT_FOUND" if this twin does not have it."""
         registers = {"_int_register_": "INT32", "_double_register_": "DOUBLE"}
         other = self._outputs().get(name, ("NOT_FOUND", 0))[0]
         return next((kind for part, kind in registers.items() if part in name), other)
@@ -195,7 +196,7 @@ class UrTwin(TcpTwin):
                 self._obey(_SERVO_J)
 
     def _run(self, text: str) -> None:
-        """The control script was uploaded. In local mode, or unpowered, a controller ignores it."""
+        """Begin the uploaded control script. In local mode, or unpowered, a controller ignores it."""
         with self._lock:
             ready = self.state["safety_mode"] == _NORMAL and self.state["robot_mode"] == _RUNNING
             if "rtde_control" in text and ready and self.state["remote"]:
@@ -213,7 +214,7 @@ class UrTwin(TcpTwin):
             self._end_program()
 
     def _live(self) -> None:
-        """What ur_rtde's control script does with its registers, and the arm."""
+        """Carry out one step of the control script: answer in its registers and move the arm."""
         with self._lock:
             command = self._inputs.get("input_int_register_0", 0)
             if self._program and command == _SERVO_J:

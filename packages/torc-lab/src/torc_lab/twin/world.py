@@ -1,6 +1,6 @@
-"""The simulator behind the twins' wires: a world that goes on by itself as time passes, whoever looks.
+"""The simulated world behind the twins, which advances in real time.
 
-One thread alone touches the world. Others read what it last wrote down, and give it tasks between two steps.
+Only one thread touches the world. Others read the state that it last stored, and queue tasks between two steps.
 """
 
 import threading
@@ -24,12 +24,12 @@ from torc_lab.robotiq.gripper import FORCE_N, WidthScale
 from torc_lab.robotiq.registers import Object
 
 _MOST_BEHIND_S = 0.25
-"""What the world could not keep up with is let go: after a picture, say."""
+"""A longer backlog is dropped, for example after a picture."""
 _CALM_M_S, _BELOW_M = 0.05, 0.05
 _STILL_M_S, _STILL_S = 0.003, 0.08
 _ARRIVED_COUNTS = 3
 _DISTURBED_M, _CLEAR_M = 0.03, 0.002
-"""So far a push goes, and so much is lifted: what slides might catch."""
+"""A push moves an object this far, and lifts it this much so that it does not catch."""
 _STARTS_S = 60.0
 _PICTURE_S = 20.0
 T = TypeVar("T")
@@ -37,19 +37,19 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Truth:
-    """What really came of it: ids of what lies in the bin, and of what fell off the table."""
+    """The true outcome: ids of the objects in the bin, and of those that fell off the table."""
 
     in_bin: tuple[int, ...]
     dropped: tuple[int, ...]
 
     @property
     def retrieved(self) -> bool:
-        """Whether the target is in the bin."""
+        """Return whether the target is in the bin."""
         return TARGET_ID in self.in_bin
 
 
 class LiveWorld:
-    """A problem with a robot, which goes on in real time during a `with`. It is `ArmBehind` and `Fingers` of
+    """Simulates a problem with a robot in real time, during a `with`. It is an `ArmBehind` and `Fingers` of
     torc_lab.twin.base, and a `Camera`.
     """
 
@@ -68,7 +68,7 @@ class LiveWorld:
         self._dropped: list[int] = []
 
     def __enter__(self) -> Self:
-        """Raises InputError for a problem that cannot be built."""
+        """Build the world and start it. Raises InputError if the problem cannot be built."""
         self._ask(self._begin, _STARTS_S)
         return self
 
@@ -78,34 +78,34 @@ class LiveWorld:
 
     @property
     def qpos(self) -> np.ndarray:
-        """Where the arm is."""
+        """Return the joint positions, radians."""
         self._check()
         return self._qpos
 
     def goal(self, qpos: np.ndarray) -> None:
-        """Where it has to be now."""
+        """Set where the arm has to be now, radians."""
         self._goal = np.array(qpos)
 
     @property
     def contact_n(self) -> float:
-        """Force at its hardest contact, but for what it holds; 0 when it is asked for the first time."""
+        """Return the force at the hardest contact, except with the held object, newtons; 0 on the first call."""
         self._felt = True
         return self._contact_n
 
     def go(self, position: int, speed: int, force: int) -> None:
-        """Starts the fingers towards a position."""
+        """Start moving the fingers towards a position."""
         with self._lock:
             self._fingers = position, force
             self._found = self._found[0], Object.MOVING
 
     def now(self) -> tuple[int, Object]:
-        """Where they are, and whether something stopped them."""
+        """Return the position, and whether something stopped the fingers."""
         self._check()
         with self._lock:
             return self._found
 
     def capture(self) -> Capture:
-        """A snapshot; the world waits for it. What came to rest in the bin, or below the table, is taken away."""
+        """Return a snapshot, while the world waits. Objects at rest in the bin or below the table are removed first."""
 
         def look() -> Capture:
             self._cleared()
@@ -114,12 +114,12 @@ class LiveWorld:
         return self._ask(look)
 
     def truth(self, after_s: float = 1.0) -> Truth:
-        """What really came of it so far, and of what still falls."""
+        """Return the true outcome so far, after waiting `after_s` seconds for objects that still fall."""
         time.sleep(after_s)
         return self._ask(self._cleared)
 
     def reset(self) -> None:
-        """A person lays the scene out again: all objects stand where the problem puts them, and at rest. The arm stays
+        """Lay the scene out again, as a person would: all objects are at rest at the problem's poses. The arm stays
         where it is.
         """
 
@@ -133,8 +133,8 @@ class LiveWorld:
         self._ask(lay_out)
 
     def disturb(self, object_id: int | None = None, by_m: float = _DISTURBED_M) -> int:
-        """Somebody pushes an object aside, away from the others; which one it is. The one that reaches highest, if none
-        is named. Raises InputError for one that is not there any more.
+        """Push an object aside, away from the others, and return its id. Without an id, the highest one is pushed.
+        Raises InputError if that object is no longer on the table.
         """
 
         def push() -> int:
@@ -152,7 +152,7 @@ class LiveWorld:
         return self._ask(push)
 
     def _ask(self, task: Callable[[], T], limit_s: float = _PICTURE_S) -> T:
-        """Gives the world's thread a task, and waits for it. Raises what the task raises, and TorcError."""
+        """Run a task on the world's thread and return its result. Raises TorcError, and any error of the task."""
         self._check()
         try:
             return self._thread.submit(task).result(limit_s)
@@ -181,7 +181,7 @@ class LiveWorld:
         self._camera.close()
 
     def _go_on(self) -> None:
-        """Catches up with the time by a step, or waits; then comes its own turn again, after all tasks."""
+        """Advance by a step if the world is behind the clock, else wait; then queue itself after all waiting tasks."""
         if self._ending:
             return
         try:
@@ -214,7 +214,7 @@ class LiveWorld:
             self._feel_fingers(fingers)
 
     def _feel_fingers(self, fingers: tuple[int, int]) -> None:
-        """Writes down where they are, once per step."""
+        """Store the fingers' state, once per step."""
         state, now_s = self._gripper.state, self._world.time_s
         width = state.width_m
         if abs(width - self._width) > _STILL_M_S * self._stepper.period_s:
@@ -235,7 +235,7 @@ class LiveWorld:
             self._found = count, Object.AT_POSITION if arrived else found
 
     def _cleared(self) -> Truth:
-        """Takes away what has come to rest in the bin, or below the table."""
+        """Remove objects that have come to rest in the bin or below the table; return the true outcome."""
         world = self._world
         in_bin, calm = set(world.in_bin()), world.speeds() < _CALM_M_S
         below = world.positions[:, 2] < world.workspace.support_z_m - _BELOW_M

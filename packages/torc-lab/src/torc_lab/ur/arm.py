@@ -1,4 +1,4 @@
-"""The `ArmDriver` of a robot of Universal Robots (CB3 and e-Series), by ur_rtde."""
+"""The `ArmDriver` of a Universal Robots arm (CB3 and e-Series), by ur_rtde."""
 
 import itertools
 import json
@@ -35,7 +35,7 @@ _MODES = {
     6: "its brakes are released by hand",
     8: "its firmware is being updated",
 }
-"""What a robot mode other than running means (RTDE guide, robot_mode)."""
+"""The fault that each robot mode other than running means (RTDE guide, robot_mode)."""
 _MOVING_RAD_S = 0.01
 _SLIDER = 0.995
 _ENDS_S = 3.0
@@ -43,16 +43,16 @@ _ENDS_S = 3.0
 
 @dataclass(frozen=True)
 class UrConfig:
-    """Where the robot is.
+    """Address of the robot, and how it follows set points.
 
     Attributes:
         host: its name or address.
         rate_hz: set points per second. 125 suits all; an e-Series takes up to 500.
         lookahead_s, gain: of servoJ: how far ahead the controller smooths (.03 to .2 s), and how stiffly it follows
             (100 to 2000).
-        feels_contact: whether the force on the TCP is to be relied on. The e-Series measures it; a CB3 guesses it from
-            its motors' currents, which is too rough for a guard.
-        timeout_s: until the robot has told its state, and until a motion has begun.
+        feels_contact: whether to rely on the force on the TCP. The e-Series measures it; a CB3 estimates it from its
+            motors' currents, which is too rough for a guard.
+        timeout_s: how long to wait for the robot's first state, and for a motion to begin.
     """
 
     host: str
@@ -70,17 +70,17 @@ class UrConfig:
 
 
 class UrArm(Link):
-    """A UR in remote control. Its program, ur_rtde's, is uploaded at the first motion, and ends one that runs.
+    """A UR in remote control. The first motion uploads ur_rtde's program, and ends any program that runs.
 
-    Set points are streamed (servoJ), so that the way and its speed are those that were checked, and a robot that hears
-    no more of torc rests at the last one. Contact is the force on the TCP beyond that at the start of the motion:
+    Set points are streamed (servoJ), so that path and speed are those that were checked, and a robot that no longer
+    hears from torc rests at the last one. Contact is the force on the TCP beyond that at the start of the motion:
     payload and centre of gravity must be set at the pendant.
     """
 
     start_tolerance_rad = 2e-3
 
     def __init__(self, config: UrConfig, dof: int = _DOF) -> None:
-        """Connects and waits for the first state; nothing moves.
+        """Connect and wait for the first state; nothing moves.
 
         Raises LabError, InputError, MissingDependencyError.
         """
@@ -114,7 +114,7 @@ class UrArm(Link):
             )
 
     def status(self) -> ArmStatus:
-        """The latest. Raises LabError if the connection is lost."""
+        """Return the latest status. Raises LabError if the connection is lost."""
         with self._news:
             self._check()
             assert self._state is not None
@@ -125,7 +125,7 @@ class UrArm(Link):
         return ArmStatus(stamp_s, np.array(qpos), moving, ur_fault(mode, safety, slider), contact_n)
 
     def start(self, trajectory: Trajectory) -> None:
-        """Hands set points over, and waits until the first is sent. Raises LabError if the robot refuses."""
+        """Hand over the set points, and wait until the first is sent. Raises LabError if the robot refuses."""
         points = set_points(trajectory, self.config.rate_hz)
         self._lock = self._lock or ControllerLock(f"ur-{self.config.host}")
         with self._news:
@@ -144,16 +144,16 @@ class UrArm(Link):
             raise LabError(f"{self.name} refuses the motion: {self._ended}.")
 
     def ended(self) -> str | None:
-        """None until all set points are sent and the arm has settled. Raises LabError if it is lost."""
+        """Return None until all set points are sent and the arm has settled. Raises LabError if it is lost."""
         self._check()
         return self._ended
 
     def stop(self) -> None:
-        """No more set points; the robot brakes (servoStop). Raises LabError if it cannot be told."""
+        """Send no more set points and brake (servoStop). Raises LabError if the request cannot be sent."""
         self._send({"stop": True})
 
     def close(self) -> None:
-        """Stops, ends the program on the robot, and the connection."""
+        """Stop, and end the program on the robot and the connection."""
         self._lose("it was closed")
         with suppress(OSError), self._sending:
             self._process.stdin.close()
@@ -177,7 +177,7 @@ class UrArm(Link):
             raise LabError(f"{self.name} is lost: {self.lost or error}.") from error
 
     def _read(self) -> None:
-        """Takes in what the session tells."""
+        """Take in the messages of the session."""
         why = "the process that speaks to it ended"
         for line in self._process.stdout:
             try:
@@ -198,8 +198,9 @@ class UrArm(Link):
 
 
 def ur_fault(mode: int, safety: int, slider: float) -> str:
-    """Why a UR does not move, by its robot mode, its safety mode and its speed slider; "" if it does. With the slider
-    below full speed it would fall behind its set points.
+    """Return why a UR does not move, from its robot mode, safety mode and speed slider; "" if it does.
+
+    A slider below full speed counts: the robot would fall behind its set points.
     """
     if fault := ur_safety_fault({"mode": safety}):
         return fault
@@ -211,8 +212,9 @@ def ur_fault(mode: int, safety: int, slider: float) -> str:
 
 
 def set_points(trajectory: Trajectory, rate_hz: float) -> Float[np.ndarray, "n dof"]:
-    """A trajectory's positions, one per period, both ends among them; between samples on the cubic through positions
-    and velocities.
+    """Return a trajectory's positions, one per period, both ends included.
+
+    Between samples they are on the cubic through positions and velocities.
     """
     times = trajectory.times_s - trajectory.times_s[0]
     at = np.append(np.arange(0, times[-1], 1 / rate_hz), times[-1])

@@ -1,11 +1,10 @@
-"""The process that speaks to a UR, by ur_rtde: one robot, lines of JSON in and out. `UrArm` starts and ends it.
+"""The process that drives a UR, by ur_rtde: one robot, lines of JSON in and out. `UrArm` starts and ends it.
 
-It is a process of its own for what ur_rtde (1.6.5) does: it makes a lost connection again by itself, uploads its
-program again and repeats the command that was under way; sometimes it crashes at that; and it keeps Python waiting
-while it connects. This process ends at the first sign of a lost connection. A UR that gets no more set points rests at
-the last.
+It is a separate process because of three faults of ur_rtde (1.6.5). It restores a lost connection by itself, uploads
+its program again and repeats the interrupted command; it sometimes crashes in doing so; and it blocks Python while it
+connects. This process ends at the first sign of a lost connection. A UR that gets no more set points rests at the last.
 
-In:  {"move": number, "points": [[rad, ...], ...]}, one set point per period; {"stop": true}. Its end stops, too.
+In:  {"move": number, "points": [[rad, ...], ...]}, one set point per period; {"stop": true}. End of input: stop.
 Out: {"state": [stamp_s, qpos, fastest, force, robot_mode, safety_mode, slider]}, {"begun": number},
      {"ended": number, "why": ""}, {"lost": why}.
 """
@@ -32,10 +31,10 @@ VARIABLES = [
     "target_speed_fraction",
 ]
 _SILENT_S = {True: 0.5, False: 3.0}
-"""Whoever hears nothing for so long ends, by whether a motion is under way; the supervisor has stopped it before."""
+"""The process ends after this silence, with and without a motion under way; the supervisor stops the motion sooner."""
 _BLIND_S = 0.1
 _NEWS_S = 0.25
-"""A connection that ends may fail a set point so much sooner than ur_rtde tells of it."""
+"""A connection that ends may fail a set point this much earlier than ur_rtde reports it."""
 _PROGRAM_S = 3.0
 _SETTLED_RAD, _SETTLED_RAD_S, _SETTLE_S = 0.002, 0.005, 1.0
 _SPEED = _ACCELERATION = 0.5
@@ -44,7 +43,7 @@ _STOP_M_S2 = 10.0
 
 
 class Session:
-    """A connection to a robot. Nothing is uploaded to it before the first motion."""
+    """A connection to a robot. Nothing is uploaded before the first motion."""
 
     def __init__(self, host: str, rate_hz: float, lookahead_s: float, gain: float, out: Any) -> None:
         from rtde_receive import RTDEReceiveInterface
@@ -58,7 +57,7 @@ class Session:
         threading.Thread(target=self._watch, daemon=True).start()
 
     def obey(self, request: dict[str, Any]) -> None:
-        """Begins a motion, or stops."""
+        """Begin a motion, or stop."""
         self._cancelled.set()
         if "move" not in request:
             return
@@ -70,7 +69,7 @@ class Session:
         self._mover.start()
 
     def end(self) -> None:
-        """Stops, and ends the program on the robot."""
+        """Stop, and end the program on the robot."""
         self._cancelled.set()
         if self._mover.is_alive():
             self._mover.join()
@@ -78,13 +77,13 @@ class Session:
             self._control.stopScript()
 
     def say(self, message: dict[str, Any]) -> None:
-        """One line out."""
+        """Write one line."""
         with self._out_lock:
             self._out.write(json.dumps(message).encode() + b"\n")
             self._out.flush()
 
     def _watch(self) -> None:
-        """Tells the robot's state as it comes; ends the process when nothing comes any more."""
+        """Write the robot's state as it comes; end the process when no more comes."""
         receive, before, since = self._receive, -1.0, time.monotonic()
         looked = since
         while True:
@@ -118,7 +117,7 @@ class Session:
         self.say({"ended": number, "why": why})
 
     def _program(self) -> str:
-        """Sees to it that ur_rtde's program runs on the robot; why it does not, or ""."""
+        """Make ur_rtde's program run on the robot; return why it does not, or ""."""
         from rtde_control import RTDEControlInterface
 
         if self._control is None:
@@ -134,7 +133,7 @@ class Session:
         return ""
 
     def _stream(self, number: int, points: list[list[float]], cancelled: threading.Event) -> str:
-        """Sends one set point per period; why it ended early, or ""."""
+        """Send one set point per period; return why it ended early, or ""."""
         period_s, goal = 1 / self.rate_hz, points[-1]
         held = len(points) + math.ceil(self.lookahead_s * self.rate_hz)
         due, k = time.monotonic(), 0
@@ -157,7 +156,7 @@ class Session:
         return "" if stopped else self._stopped()
 
     def _stopped(self) -> str:
-        """Why it takes no more set points; ends the process if the connection has ended."""
+        """Return why no more set points are accepted; end the process if the connection has ended."""
         deadline = time.monotonic() + _NEWS_S
         while time.monotonic() < deadline:
             self._lose_if_cut()
@@ -170,7 +169,7 @@ class Session:
 
 
 def main(arguments: list[str]) -> None:
-    """host rate_hz lookahead_s gain: serves until the input ends."""
+    """Serve until the input ends. Arguments: host, rate_hz, lookahead_s, gain."""
     out = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # ur_rtde prints there
     host = arguments[0]
