@@ -8,8 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from torc.drawing.palette import object_color
 from torc.errors import InputError
 from torc.io.record_files import save_record
+from torc.records import TARGET_ID
 from torc.trials.recorded import read_trial
 from torc.trials.viewer_links import trial_key
 from torc.web.app import thumbnail
@@ -43,6 +45,18 @@ def test_the_page_tells_what_the_log_tells(trial):
     }
     assert [o["id"] for o in page["objects"] if o["graspable"]] == looked["graspable"]
     assert page["max_picks"] == 15
+
+
+def test_ids_of_perceptions_own_have_the_right_names_and_the_target_its_mark(trial):
+    lines = _lines(trial)
+    for line in lines:
+        if line["event"] == "looked":
+            line |= {"true_ids": {"1": 0, "2": -1}, "target_id": 1, "target_visible": True}
+    _write(trial, lines)
+    objects = {o["id"]: o for o in pick_page(read_trial(trial), 0)["objects"]}
+    assert {k: o["name"] for k, o in objects.items()} == {1: "thing 0", 2: ""}
+    assert [k for k, o in objects.items() if o["target"]] == [1]
+    assert objects[1]["color"] == "#{:02x}{:02x}{:02x}".format(*object_color(TARGET_ID))
 
 
 def test_boxes_hold_the_labels(trial):

@@ -1,6 +1,6 @@
 """Trials and picks as plain data for the page, whether a trial is being played or was recorded."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -59,7 +59,7 @@ def pick_page(trial: RecordedTrial, number: int) -> dict[str, Any]:
     plain = trial.has_plain_picture(number)
     return {
         **_pick_line(number, pick, over),
-        "objects": _objects(pick.looked, view, plain),
+        "objects": _objects(pick.looked, view, plain, trial.started.names if trial.started and over else ()),
         # Without the camera's own picture the page shows the one in which the marks are drawn.
         "plain": plain,
         "likely": LIKELY,
@@ -89,7 +89,10 @@ def _pick_line(number: int, pick: RecordedPick, over: bool) -> dict[str, Any]:
     return line
 
 
-def _objects(looked: LookedLine, view: PickView | None, plain: bool) -> list[dict[str, Any]]:
+def _objects(
+    looked: LookedLine, view: PickView | None, plain: bool, names: Sequence[str]
+) -> list[dict[str, Any]]:
+    """Return the facts of each object in sight; `names` by the simulator's ids, which perception's may not be."""
     boxes = find_objects(view.label_image.astype(int) + 1) if view else []
     tags = find_tags(view.label_image, [o.id for o in looked.objects], outlines=plain) if view else {}
     detailed = {o.id: o for o in view.objects} if view else {}
@@ -97,9 +100,11 @@ def _objects(looked: LookedLine, view: PickView | None, plain: bool) -> list[dic
     for seen in looked.objects:
         valid, o = looked.valid_grasps.get(str(seen.id), 0), detailed.get(seen.id)
         blocked = {b.by: b.grasps for b in looked.blocking if b.object == seen.id}
+        true_id = looked.true_ids.get(str(seen.id), seen.id)
         rows.append(
             {
                 "id": seen.id,
+                "name": names[true_id] if 0 <= true_id < len(names) else "",
                 "target": looked.target_visible and seen.id == looked.target_id,
                 "color": _hex_color(TARGET_ID if seen.id == looked.target_id else seen.id),
                 "pixels": seen.pixels,

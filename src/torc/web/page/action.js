@@ -3,7 +3,7 @@
 import { chip, el } from "./dom.js";
 import { blocked, litres, valid, whyNot } from "./words.js";
 
-// can: {choosing, object: the selected one, names, pick(), pass(), giveUp(), now(), nameTarget(), keep()}
+// can: {choosing, object: the selected one, pick(), pass(), giveUp(), now(), nameTarget(), keep()}
 export function actionBar(app, can) {
   const refusal = app.refusal ? el("p", { class: "bad", role: "alert" }, app.refusal) : null;
   if (app.mode === "view") return refusal ? [refusal] : [];

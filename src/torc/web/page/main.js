@@ -30,7 +30,6 @@ let asked = 0;
 
 const choosing = () => app.session?.phase === "choosing" && app.back === null;
 const object = (id) => app.page?.objects.find((o) => o.id === id);
-const names = () => app.trial?.names || [];
 
 function select(id) {
   if (app.selected === id) return;
@@ -130,13 +129,13 @@ function drawSide() {
   const focused = panel.querySelector(":focus")?.dataset?.id;
   const scrolled = panel.scrollTop;
   if (!app.page) replace(panel);
-  else if (app.tab === "Objects") replace(panel, objectsPanel(app.page, app, names(), { select, hover: (id) => picture.hover(id) }));
+  else if (app.tab === "Objects") replace(panel, objectsPanel(app.page, app, { select, hover: (id) => picture.hover(id) }));
   else if (app.tab === "Graph") replace(panel, drawGraph(app.page, app, { select, whole }));
   else if (app.tab === "3-D") drawScene(panel);
   else replace(panel, decisionPanel(app.page, app.trial, pickPath(app.key, app.pick)));
   panel.scrollTop = scrolled;
   if (focused) panel.querySelector(`[data-id="${focused}"]`)?.focus({ preventScroll: true });
-  replace($("action"), actionBar(app, { choosing: choosing(), object: object(app.selected), names: names(), pick, pass, giveUp, now, nameTarget, keep }));
+  replace($("action"), actionBar(app, { choosing: choosing(), object: object(app.selected), pick, pass, giveUp, now, nameTarget, keep }));
   $("action").hidden = !$("action").childElementCount;
 }
 
@@ -155,7 +154,7 @@ function drawScene(panel) {
 
 function point() {
   const o = object(app.hovered);
-  $("pointed").textContent = o ? describe(o, app.page, names()) : "";
+  $("pointed").textContent = o ? describe(o, app.page) : "";
 }
 
 function openTab(name) {

@@ -10,14 +10,14 @@ export function inOrder(page) {
 }
 
 // One line about an object.
-export function describe(object, page, names) {
-  const parts = [names[object.id] ? `${object.id} ${names[object.id]}` : `Object ${object.id}`];
+export function describe(object, page) {
+  const parts = [object.name ? `${object.id} ${object.name}` : `Object ${object.id}`];
   if (object.target) parts[0] += ", the target";
   parts.push(...(object.graspable ? [valid(object), blocked(object, page, 3)] : [`not graspable: ${whyNot(object, page, 3)}`]), litres(object.hides_l));
   return parts.filter(Boolean).join(" · ");
 }
 
-export function objectsPanel(page, state, names, on) {
+export function objectsPanel(page, state, on) {
   if (!page.objects.length) return el("p", { class: "padded faint" }, "No object is in sight.");
   const row = (o) => el("tr", {
     tabindex: 0, "aria-selected": String(o.id === state.selected), "data-id": o.id,
@@ -28,7 +28,7 @@ export function objectsPanel(page, state, names, on) {
   el("td", { class: "number" }, o.valid),
   el("td", { class: "number" }, percent(o.score)),
   el("td", { class: "number" }, litresNumber(o.hides_l)),
-  el("td", {}, notes(o, page, names)));
+  el("td", {}, notes(o, page)));
   const head = ["Object", "Grasps", "Best grasp", "Hides (litres)", "Notes"];
   const group = (text, rows) => (rows.length
     ? [el("tr", {}, el("th", { colspan: head.length, scope: "rowgroup", class: "group" }, text)), rows.map(row)] : []);
@@ -41,10 +41,10 @@ export function objectsPanel(page, state, names, on) {
     + `grasps; several objects may block the same grasp. “Likely once free”: at least ${percent(page.likely)} likely to succeed when nothing blocks them any more.`)];
 }
 
-function notes(o, page, names) {
+function notes(o, page) {
   const lines = [];
   if (o.target) lines.push(el("b", {}, "target "));
-  if (names[o.id]) lines.push(`${names[o.id]} `);
+  if (o.name) lines.push(`${o.name} `);
   lines.push(fewBlocked(o, page));
   return lines;
 }
@@ -52,11 +52,10 @@ function notes(o, page, names) {
 export function decisionPanel(page, trial, path) {
   const decision = page.decision;
   if (!decision) return el("p", { class: "padded faint" }, "Nothing has been decided in this pick.");
-  const color = page.objects.find((o) => o.id === decision.object_id)?.color;
-  const name = trial.names[decision.object_id] || "";
+  const chosen = page.objects.find((o) => o.id === decision.object_id);
   const choice = decision.give_up ? "gave up" : decision.object_id === null ? "named no object" : "chose";
   return el("div", { class: "padded" },
-    el("p", {}, `${trial.expert || trial.planner} ${choice} `, decision.object_id === null ? null : chip(decision.object_id, color), ` ${name}`),
+    el("p", {}, `${trial.expert || trial.planner} ${choice} `, decision.object_id === null ? null : chip(decision.object_id, chosen?.color), ` ${chosen?.name || ""}`),
     el("p", {}, decision.reason),
     el("p", { class: "faint" }, `${seconds(decision.seconds)} to decide${decision.attempts > 1 ? `, asked ${decision.attempts} times` : ""}`),
     believed(decision, path),
