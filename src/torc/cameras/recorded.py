@@ -27,9 +27,7 @@ class RecordedConfig:
 
 
 class RecordedCamera(CameraTraits):
-    """Gives one frame after another, with the pose that is stored in each, or estimated where there is none. With
-    the masks of frames that hold some.
-    """
+    """Returns one frame after another, with its stored pose, or an estimated one, and with its masks if it has any."""
 
     real = True
 
@@ -44,8 +42,11 @@ class RecordedCamera(CameraTraits):
     def capture(self, *, level: bool = True) -> Capture:
         """Return the next frame; `stamp_s` is its number, from 0.
 
-        Without `level` a missing pose is the identity, not estimated. Raises CameraError after the last one, if so set,
-        and InputError for frames that cannot be read, if there is none, and where a pose cannot be estimated.
+        Without `level` a missing pose is the identity, not estimated.
+
+        Raises:
+            CameraError: all frames were played, and `at_end` is "raise".
+            InputError: no frame is found, one cannot be read, or its pose cannot be estimated.
         """
         if self._next >= len(self._frames) and self.config.at_end == "raise":
             raise CameraError(
@@ -68,7 +69,7 @@ class RecordedCamera(CameraTraits):
 
 
 def find_frames(path: str) -> list[Path]:
-    """The frames at a path, in order. Raises InputError if there is none."""
+    """Return the frames at a path, in order. Raises InputError if it holds none."""
     root = Path(path).expanduser()
     if not path or not root.exists():
         raise InputError(

@@ -28,7 +28,7 @@ _FEWEST_OUT = 5
 
 
 class FreeMotions:
-    """Plans free motions of one robot in one workspace. All methods raise NoMotionError if there is none."""
+    """Plans free motions of one robot in one workspace. All methods raise NoMotionError if no motion is found."""
 
     def __init__(self, mover: Mover, workspace: Workspace) -> None:
         self._mover, self._config, self._workspace = mover, mover.config, workspace

@@ -136,7 +136,7 @@ def options_of(context: PlanningContext) -> Options:
 
 
 def best_hold(context: PlanningContext, object_id: int) -> float:
-    """Return the probability that the object's best valid grasp holds; 0 if there is none."""
+    """Return the probability that the object's best valid grasp holds; 0 without a valid grasp."""
     valid = context.report.status == GraspStatus.VALID
     scores = context.grasps.scores[valid & (context.grasps.object_ids == object_id)]
     return float(scores.max(initial=0.0))

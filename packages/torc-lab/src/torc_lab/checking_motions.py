@@ -91,7 +91,7 @@ def _turned(arm: SupervisedArm, turn: Trajectory, joint: int, names: Sequence[st
 
 
 def turn_fault(moved_rad: Float[np.ndarray, "dof"], joint: int, by_rad: float, names: Sequence[str]) -> str:
-    """Return the fault in how the joints moved when only one was commanded; "" if there is none.
+    """Return the fault in how the joints moved when only one was commanded; "" if they moved as they should.
 
     Args:
         moved_rad: by how much each joint moved.

@@ -243,5 +243,5 @@ def example_labs() -> dict[str, str]:
 
 
 def _beside(here: Path, name: str) -> str:
-    """Return the path of the file of that name beside the lab file; the name if there is none."""
+    """Return the path of the file of that name beside the lab file, or the name if no such file exists."""
     return str(here / name) if (here / name).is_file() else name

@@ -99,14 +99,14 @@ def ways_text(
     ways: Ways, plan: PickPlan, robot: RobotDescription, limits: MotionLimits, support_z_m: float
 ) -> str:
     """Return each motion in words: the TCP's path length, the time at the lab's speed, and the lowest height."""
-    told = []
+    parts = []
     for name, places in ways.items():
         motion, at = getattr(plan, name), np.array(places)
         far = float(np.linalg.norm(np.diff(at, axis=0), axis=1).sum())
         seconds = motion.duration_s * stretch_for(motion, limits, robot)
         low = 100 * (float(at[:, 2].min()) - support_z_m)
-        told.append(f"{name} {far:.2f} m in {seconds:.0f} s, lowest at {low:+.0f} cm")
-    return f"The fingertips' way, heights from the table: {'; '.join(told)}."
+        parts.append(f"{name} {far:.2f} m in {seconds:.0f} s, lowest at {low:+.0f} cm")
+    return f"The fingertips' way, heights from the table: {'; '.join(parts)}."
 
 
 def _places(robot: RobotDescription, motion: Trajectory) -> tuple[tuple[float, float, float], ...]:

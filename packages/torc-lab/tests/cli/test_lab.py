@@ -91,7 +91,7 @@ def test_faults_are_typed_and_what_is_none_is_said(capsys):
     _obey(twins, ["e-stop\n", "\n", " TEACH \n", "fire\n", "disturb\n", "reset\n"])
     assert twins.halted == [{"e_stopped": 1}, {"mode": 1}]
     assert twins.done == ["disturb", "reset"]
-    assert "'fire' is none of e-stop" in capsys.readouterr().out
+    assert "'fire' is not one of e-stop" in capsys.readouterr().out
 
 
 def test_a_scene_is_told_what_it_lacks_before_anything_is_reached(lab_file, tmp_path, capsys):

@@ -19,7 +19,7 @@ _TURNS = 8
 
 
 def touch_motion(lab: Lab, marker: TableMarker, qpos: np.ndarray) -> Trajectory | None:
-    """Return a motion of the open gripper, pointing down, to above the marker's middle; None if there is none.
+    """Return a motion of the open gripper, pointing down, to above the marker's middle; None if no such motion exists.
 
     Args:
         lab: the laboratory; its table must be clear.

@@ -154,7 +154,7 @@ class ShowCommand:
             return snapshot_picture(sight.observation, sight.scene, _WIDEST_PX), sight.facts()
 
         with self.camera.opened() as camera:
-            look()  # what is wrong with the options is told before anything is served
+            look()  # errors in the options come before anything is served
             with suppress(KeyboardInterrupt), picture_page(self.page) as board:
                 while True:
                     show_next(board, look)

@@ -144,7 +144,7 @@ def _obey(there: Rehearsal, lines: Iterable[str]) -> None:
         elif word in words:
             words[word][1](there)
         elif word:
-            print(f"'{printable(word)}' is none of {', '.join([*words, 'truth'])}.", flush=True)
+            print(f"'{printable(word)}' is not one of {', '.join([*words, 'truth'])}.", flush=True)
 
 
 def _write_references(problem: Problem, directory: Path) -> str:

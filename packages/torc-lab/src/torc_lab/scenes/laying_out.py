@@ -166,7 +166,7 @@ def lay_out(
             if answer == _STOP:
                 return None
             if answer not in ("", _ACCEPT):
-                person.say(f"'{answer}' is none of Enter, {_ACCEPT} and {_STOP}.")
+                person.say(f"'{answer}' is not one of Enter, {_ACCEPT} and {_STOP}.")
                 continue
             (found, facts), measured = view.measure(), measured + 1
             for name, fact in facts.items():
