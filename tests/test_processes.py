@@ -8,10 +8,11 @@ import time
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 
+import cv2
 import pytest
 
 from torc.errors import TorcError
-from torc.processes import one_thread_each, open_pool
+from torc.processes import one_thread_each, open_pool, threads
 
 
 def _threads() -> str | None:
@@ -30,6 +31,20 @@ def test_children_are_told_and_the_parent_is_as_before(monkeypatch):
     with pytest.raises(KeyError):
         ask_child_and_fail()
     assert (_threads(), os.environ["OMP_NUM_THREADS"]) == (None, "3")
+
+
+def test_a_worker_uses_one_thread_and_its_parent_one_per_core(monkeypatch):
+    monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
+    with open_pool(1) as pool:
+        assert pool.submit(threads).result(timeout=60) == 1
+        assert pool.submit(cv2.getNumThreads).result(timeout=60) == 1
+    assert 1 <= threads() <= os.cpu_count()
+
+
+@pytest.mark.parametrize(("given", "used"), [("3", 3), ("0", 1)])
+def test_the_number_of_threads_can_be_given(monkeypatch, given, used):
+    monkeypatch.setenv("OMP_NUM_THREADS", given)
+    assert threads() == used
 
 
 def _end_itself(how: int) -> None:

@@ -16,7 +16,20 @@ from multiprocessing import get_context
 from torc.errors import TorcError
 
 _PR_SET_PDEATHSIG = 1
-_ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+_THREADS = "OMP_NUM_THREADS"
+_OTHERS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS", "OPENCV_FOR_THREADS_NUM")
+_ONE_THREAD = (_THREADS, *_OTHERS)
+
+
+def threads() -> int:
+    """Return how many threads this process may use: 1 in a worker, else one per core that it may run on.
+
+    The environment variable OMP_NUM_THREADS sets another number. No result depends on it.
+    """
+    given = os.environ.get(_THREADS, "")
+    if given.isdecimal():
+        return max(1, int(given))
+    return len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
 
 
 @contextmanager
