@@ -93,16 +93,14 @@ def contacts_at(q, width_m, own, robot, world, first_only, voxels_too, scratch):
     return bits, flags
 
 
-@njit(cache=True)
-def contacts_batch(qpos, width_m, own, robot, world, first_only, voxels_too):
-    """Return (bits, flags) of each configuration."""
-    n, scratch = len(qpos), scratch_for(robot)
-    bits, flags = np.zeros(n, np.uint64), np.zeros(n, np.uint8)
-    for i in range(n):
+@njit(cache=True, nogil=True)
+def contacts_batch(qpos, width_m, own, bits, flags, robot, world, first_only, voxels_too):
+    """Write bits and flags of each configuration."""
+    scratch = scratch_for(robot)
+    for i in range(len(qpos)):
         bits[i], flags[i] = contacts_at(
             qpos[i], width_m[i], own[i], robot, world, first_only, voxels_too, scratch
         )
-    return bits, flags
 
 
 @njit(cache=True)

@@ -11,6 +11,7 @@ from torc.collision.obstacles import SELF, STATIC, WorldArrays, clear_touched
 from torc.collision.placement import RobotArrays, place_spheres, scratch_for
 from torc.errors import InputError
 from torc.geometry.transforms import kernel_array
+from torc.parallel import by_rows
 from torc.robots.description import Qpos, RobotDescription
 
 AnyRobot = RobotDescription | RobotArrays
@@ -234,7 +235,23 @@ def _touched(
         raise InputError(f"qpos must have shape (n, {dof}), not {q.shape}.")
     width = kernel_array(np.broadcast_to(np.asarray(width_m, dtype=float), n))
     own = kernel_array(_bits_of(np.broadcast_to(np.asarray(own_id), n)), np.uint64)
-    return contacts_batch(q, width, own, arrays, world_arrays(world), first_only, voxels_too)
+    return contacts_each(q, width, own, arrays, world_arrays(world), first_only, voxels_too)
+
+
+def contacts_each(
+    qpos: Qposes,
+    width_m: Float[np.ndarray, "n"],
+    own: UInt64[np.ndarray, "n"],
+    robot: RobotArrays,
+    world: WorldArrays,
+    first_only: bool = True,
+    voxels_too: bool = True,
+) -> tuple[UInt64[np.ndarray, "n"], np.ndarray]:
+    """Return objects touched as bits, and flags, at each configuration; see `contact_kernels.contacts_at`."""
+    bits, flags = np.zeros(len(qpos), np.uint64), np.zeros(len(qpos), np.uint8)
+    columns = (qpos, width_m, own, bits, flags)
+    by_rows(contacts_batch, columns, robot, world, first_only, voxels_too, least=32)
+    return bits, flags
 
 
 def _bits_of(ids: np.ndarray) -> UInt64[np.ndarray, "n"]:

@@ -69,7 +69,7 @@ def grasp_frames(
     return _grasp_frames(approaches, centered.T @ centered, clusters, view, forward, merged_cos, yaw_cos)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _grasp_frames(approaches, covariance, clusters, view, forward, merged_cos, yaw_cos):
     k = len(clusters)
     most = len(approaches) * (k + 4)

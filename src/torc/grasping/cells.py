@@ -57,7 +57,7 @@ def cell_runs(points: Float[np.ndarray, "n 3"], cell_m: float) -> tuple[np.ndarr
     return order, np.flatnonzero(np.concatenate([[True], ranked[1:] != ranked[:-1], [True]]))
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def cell_keys(points, cell_m):
     """Return one integer per point, equal within a cell."""
     index = np.empty((len(points), 3), dtype=np.int64)
@@ -73,7 +73,7 @@ def cell_keys(points, cell_m):
     return out
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _spheres(points, order, starts):
     """Return the mean of each cell and the largest distance from it."""
     n = len(starts) - 1
@@ -91,7 +91,7 @@ def _spheres(points, order, starts):
     return centers, radii
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _means(points, normals, order, starts):
     n = len(starts) - 1
     mean, normal = np.zeros((n, 3)), np.zeros((n, 3))
@@ -111,38 +111,59 @@ def _means(points, normals, order, starts):
 
 
 @njit(cache=True)
-def box_reached(R, tip, center, radius, box):
-    """Check whether a sphere (world frame) comes near a box given in the frame (R, tip): lower and upper corner."""
-    px, py, pz = center[0] - tip[0], center[1] - tip[1], center[2] - tip[2]
-    for a in range(3):
-        c = R[0, a] * px + R[1, a] * py + R[2, a] * pz
-        if c < box[0, a] - radius or c > box[1, a] + radius:
-            return False
-    return True
+def axes_of(R):
+    """Return the columns of a rotation as scalars: kernels would load them from the array again for every point."""
+    return (R[0, 0], R[1, 0], R[2, 0]), (R[0, 1], R[1, 1], R[2, 1]), (R[0, 2], R[1, 2], R[2, 2])
+
+
+@njit(cache=True)
+def frame_of(R, tip):
+    """Return a frame's axes and origin as scalars."""
+    ex, ey, ez = axes_of(R)
+    return ex, ey, ez, (tip[0], tip[1], tip[2])
+
+
+@njit(cache=True)
+def along(axis, px, py, pz):
+    """Return the coordinate of a point, relative to a frame's origin, along one of its axes."""
+    return axis[0] * px + axis[1] * py + axis[2] * pz
+
+
+@njit(cache=True)
+def box_reached(frame, center, radius, box):
+    """Check whether a sphere (world frame) comes near a box of the frame: least x, y and z, then greatest."""
+    ex, ey, ez, origin = frame
+    px, py, pz = center[0] - origin[0], center[1] - origin[1], center[2] - origin[2]
+    if not box[1] - radius <= along(ey, px, py, pz) <= box[4] + radius:
+        return False
+    if not box[2] - radius <= along(ez, px, py, pz) <= box[5] + radius:
+        return False
+    return box[0] - radius <= along(ex, px, py, pz) <= box[3] + radius
 
 
 @njit(cache=True)
 def gather(R, tip, box, cells, local, index):
-    """Write coordinates in the frame (R, tip), and indices, of the points in a box of that frame; return how many."""
-    # Scalars: the compiler cannot know that the outputs do not overlap R and box, and would reload them.
-    r00, r10, r20 = R[0, 0], R[1, 0], R[2, 0]
-    r01, r11, r21 = R[0, 1], R[1, 1], R[2, 1]
-    r02, r12, r22 = R[0, 2], R[1, 2], R[2, 2]
-    t0, t1, t2 = tip[0], tip[1], tip[2]
-    x0, y0, z0, x1, y1, z1 = box[0, 0], box[0, 1], box[0, 2], box[1, 0], box[1, 1], box[1, 2]
+    """Write coordinates in the frame (R, tip), and indices, of the points in a box of that frame; return how many.
+
+    `box`: lower and upper corner.
+    """
+    frame = frame_of(R, tip)
+    ex, ey, ez, origin = frame
+    limits = (box[0, 0], box[0, 1], box[0, 2], box[1, 0], box[1, 1], box[1, 2])
+    x0, y0, z0, x1, y1, z1 = limits
     n = 0
     for c in range(len(cells.radii)):
-        if not box_reached(R, tip, cells.centers[c], cells.radii[c], box):
+        if not box_reached(frame, cells.centers[c], cells.radii[c], limits):
             continue
         for i in range(cells.starts[c], cells.starts[c + 1]):
-            px, py, pz = cells.points[i, 0] - t0, cells.points[i, 1] - t1, cells.points[i, 2] - t2
-            y = r01 * px + r11 * py + r21 * pz
+            px, py, pz = cells.points[i, 0] - origin[0], cells.points[i, 1] - origin[1], cells.points[i, 2] - origin[2]
+            y = along(ey, px, py, pz)
             if y < y0 or y > y1:
                 continue
-            z = r02 * px + r12 * py + r22 * pz
+            z = along(ez, px, py, pz)
             if z < z0 or z > z1:
                 continue
-            x = r00 * px + r10 * py + r20 * pz
+            x = along(ex, px, py, pz)
             if x < x0 or x > x1:
                 continue
             local[n, 0], local[n, 1], local[n, 2] = x, y, z

@@ -10,7 +10,8 @@ from torc.geometry.extent import spiral
 from torc.grasping.cells import PointCells, group, thin_out
 from torc.grasping.completion import Completion, complete
 from torc.grasping.config import CloudConfig
-from torc.records import OcclusionVolume, SegmentedScene
+from torc.parallel import each
+from torc.records import OcclusionVolume, SegmentedObject, SegmentedScene
 
 _HULL_DIRECTIONS = 64
 _FLAT_M, _FEWEST = 0.015, 20
@@ -79,20 +80,19 @@ def build_clouds(
     camera = np.asarray(scene.observation.T_world_camera, dtype=float)
     sureness = {k.id: k.sureness for k in scene.known}
     support_roughness_m = _support_roughness_m(scene, support_z_m)
-    objects, thin = [], []
-    for o in scene.objects:
-        if len(o.points) == 0:
-            continue
+    seen = [o for o in scene.objects if len(o.points)]
+
+    def build(o: SegmentedObject) -> tuple[np.ndarray, ObjectCloud | None]:
         points, normals = thin_out(o.points, o.normals, config.voxel_m)
-        thin.append((o.id, thin_out(points, normals, config.neighbour_voxel_m)[0]))
+        thin = thin_out(points, normals, config.neighbour_voxel_m)[0]
         if o.pixel_count < config.min_pixels:
-            continue
+            return thin, None
         felt = np.asarray(o.felt, dtype=points.dtype)
         done = complete(points, normals, felt, camera[:3, 3], o.id, volume, support_z_m, config)
         surface, outward = (np.array(a, dtype=np.float64, order="C") for a in (o.points, o.normals))
         both = np.concatenate([points, felt, done.points])
         known = (np.arange(len(both)) < len(points) + len(felt)).astype(np.int64)
-        cloud = ObjectCloud(
+        return thin, ObjectCloud(
             id=o.id,
             points=both,
             normals=np.concatenate([normals, np.zeros_like(felt), done.normals]),
@@ -106,8 +106,11 @@ def build_clouds(
             support_roughness_m=support_roughness_m,
             sureness=sureness.get(o.id, 1.0),
         )
-        objects.append(cloud)
-    return SceneClouds(tuple(objects), _group_all(thin, config), forward_direction(camera), camera[:3, 3])
+
+    built = each(build, seen)
+    cells = _group_all([(o.id, thin) for o, (thin, _) in zip(seen, built)], config)
+    objects = tuple(cloud for _, cloud in built if cloud is not None)
+    return SceneClouds(objects, cells, forward_direction(camera), camera[:3, 3])
 
 
 def _support_roughness_m(scene: SegmentedScene, support_z_m: float) -> float:
@@ -117,7 +120,7 @@ def _support_roughness_m(scene: SegmentedScene, support_z_m: float) -> float:
     return 1.48 * float(np.median(np.abs(flat - np.median(flat)))) if len(flat) >= _FEWEST else 0.0
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _roughness(points, normals, near, samples):
     """Return the mean distance of about `samples` points from the planes of points near by."""
     total, count = 0.0, 0

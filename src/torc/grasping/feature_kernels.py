@@ -14,7 +14,7 @@ _LATTICE_M = 0.010
 _PALM_LATTICE_M = 0.020
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def candidate_features(Rs, tips, widths, cells, normals, hull, center_view, hand, space, support_z_m, out):
     """Fill the candidates' columns of `out`, row by row.
 

@@ -168,7 +168,7 @@ def _object_features(
     )
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _neighbours(own, others, low):
     """Count others' points above the own ones (in 1 cm columns), and others' points close to an own one."""
     nx = int((own[:, 0].max() - low[0]) / _COLUMN_M) + 1

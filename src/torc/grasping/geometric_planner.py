@@ -20,6 +20,7 @@ from torc.grasping.hand_contacts import voxel_blockers
 from torc.grasping.protocol import GraspScorer
 from torc.grasping.selection import chosen, thinned
 from torc.grasping.trees import load_trees
+from torc.parallel import each
 from torc.records import MAX_OBJECTS, GraspSet, OcclusionVolume, SegmentedScene
 from torc.robots.gripper import GripperDescription
 
@@ -140,12 +141,12 @@ class GeometricGraspPlanner:
         `rngs` holds a generator per object id.
         """
         config = self.config.candidates
-        return {
-            cloud.id: self._generated(
-                cloud, clouds, config.for_target() if cloud.id == scene.target_id else config, rngs[cloud.id]
-            )
-            for cloud in clouds.objects
-        }
+
+        def generated(cloud: ObjectCloud) -> Proposals:
+            own = config.for_target() if cloud.id == scene.target_id else config
+            return self._generated(cloud, clouds, own, rngs[cloud.id])
+
+        return dict(zip((cloud.id for cloud in clouds.objects), each(generated, clouds.objects)))
 
     def _generated(
         self, cloud: ObjectCloud, clouds: SceneClouds, config: CandidateConfig, rng: np.random.Generator
@@ -179,10 +180,10 @@ class GeometricGraspPlanner:
         seeds = rng.integers(1 << 62, size=MAX_OBJECTS)
         rngs = {cloud.id: np.random.default_rng(seeds[cloud.id]) for cloud in clouds.objects}
         proposed = self.propose(scene, clouds, rngs)
-        return [
-            self._examined(proposed[cloud.id], cloud, clouds, volume, rngs[cloud.id])
-            for cloud in clouds.objects
-        ]
+        return each(
+            lambda cloud: self._examined(proposed[cloud.id], cloud, clouds, volume, rngs[cloud.id]),
+            clouds.objects,
+        )
 
     def _examined(
         self,

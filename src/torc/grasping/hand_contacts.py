@@ -7,6 +7,7 @@ from numba import njit
 from torc.collision.collision_world import FREE, SURFACE, CollisionWorld
 from torc.geometry.transforms import kernel_array
 from torc.grasping.hand import HandGeometry, reach_at
+from torc.parallel import by_rows
 from torc.records import GraspSet, OcclusionVolume, VoxelGrid
 
 _LATTICE_M = 0.01
@@ -43,17 +44,25 @@ def _touched(
     paddings_m: Float[np.ndarray, "2"],
 ) -> tuple[UInt64[np.ndarray, "n"], Bool[np.ndarray, "n"]]:
     """Return objects and fixed things touched; paddings against voxels and fixed boxes."""
-    voxels = kernel_array(kind, np.uint8), kernel_array(owners, np.uint64), kernel_array(grid.origin)
-    return _contacts(
+    bits, static = np.zeros(len(grasps), np.uint64), np.zeros(len(grasps), np.bool_)
+    rows = (
         kernel_array(grasps.Ts_world_tcp),
         kernel_array(grasps.widths_m),
         kernel_array(grasps.object_ids, np.int64),
+        bits,
+        static,
+    )
+    kind, owners = kernel_array(kind, np.uint8), kernel_array(owners, np.uint64)
+    by_rows(
+        _contacts,
+        rows,
         open_boxes(hand),
         hand.reach_m,
-        (*voxels, float(grid.voxel_size_m)),
+        (kind, owners, _tops(kind), kernel_array(grid.origin), float(grid.voxel_size_m)),
         kernel_array(fixed).reshape(-1, 6),
         paddings_m,
     )
+    return bits, static
 
 
 def open_boxes(hand: HandGeometry) -> Float[np.ndarray, "b 6"]:
@@ -65,8 +74,20 @@ def open_boxes(hand: HandGeometry) -> Float[np.ndarray, "b 6"]:
 
 
 @njit(cache=True)
-def _contacts(Ts, widths, own_ids, parts, reach_m, voxels, fixed, paddings):
-    bits, static = np.zeros(len(widths), np.uint64), np.zeros(len(widths), np.bool_)
+def _tops(kind):
+    """Return the highest voxel of each column that is not free, -1 where all are: most of a gripper is above them."""
+    out = np.full(kind.shape[:2], -1)
+    for i in range(kind.shape[0]):
+        for j in range(kind.shape[1]):
+            for k in range(kind.shape[2] - 1, -1, -1):
+                if kind[i, j, k] != FREE:
+                    out[i, j] = k
+                    break
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _contacts(Ts, widths, own_ids, bits, static, parts, reach_m, voxels, fixed, paddings):
     center = np.empty(3)
     for n in range(len(widths)):
         R = Ts[n, :3, :3]
@@ -83,13 +104,12 @@ def _contacts(Ts, widths, own_ids, parts, reach_m, voxels, fixed, paddings):
             found, hit = _voxels_in_box(R, center, parts[b, 3:] + paddings[0], own, voxels)
             bits[n] |= found
             static[n] |= hit or _in_fixed(R, center, parts[b, 3:], fixed, paddings[1])
-    return bits, static
 
 
 @njit(cache=True)
 def _voxels_in_box(R, center, half, own, voxels):
     """Return the owners of occupied voxels in a box grown by half a voxel, and whether some have no owner."""
-    kind, owners, origin, voxel_m = voxels
+    kind, owners, tops, origin, voxel_m = voxels
     bits, ownerless = np.uint64(0), False
     lower, upper = np.empty(3, np.int64), np.empty(3, np.int64)
     grown = half + 0.5 * voxel_m
@@ -101,7 +121,7 @@ def _voxels_in_box(R, center, half, own, voxels):
         x = origin[0] + (i + 0.5) * voxel_m - center[0]
         for j in range(lower[1], upper[1] + 1):
             y = origin[1] + (j + 0.5) * voxel_m - center[1]
-            for k in range(lower[2], upper[2] + 1):
+            for k in range(lower[2], min(upper[2], tops[i, j]) + 1):
                 if kind[i, j, k] == FREE or owners[i, j, k] & own != 0:
                     continue
                 z = origin[2] + (k + 0.5) * voxel_m - center[2]

@@ -40,7 +40,7 @@ def chosen(
     return best[np.lexsort((best, -scores[best]))]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _suppress(order, Ts, distance2, cosine, limit):
     """Return which of the indices to keep, in the order of merit: greedy non-maximum suppression."""
     keep = np.zeros(len(order), dtype=np.bool_)

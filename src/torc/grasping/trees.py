@@ -105,7 +105,7 @@ def _rounded_down(threshold: Float[np.ndarray, "n"]) -> Float32[np.ndarray, "n"]
     return np.where(near > threshold, np.nextafter(near, np.float32(-np.inf)), near)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _log_odds(features, nodes, levels, value, roots, baseline):
     """Return, per row, the baseline plus the leaf values of all trees.
 

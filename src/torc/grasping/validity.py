@@ -17,6 +17,7 @@ from torc.grasping.clouds import scene_cells
 from torc.grasping.config import ValidityConfig
 from torc.grasping.hand import between_pads, hand_geometry, reach_at
 from torc.grasping.hand_contacts import hand_contacts
+from torc.parallel import by_rows
 from torc.records import GraspReport, GraspSet, GraspStatus, SegmentedScene
 from torc.robots.description import RobotDescription
 from torc.robots.gripper import GripperDescription
@@ -165,7 +166,8 @@ def _report(
     qpos, reachable, bits, fixed = found
     Ts, widths_m, own = kernel_array(grasps.Ts_world_tcp), kernel_array(grasps.widths_m), grasps.object_ids
     cells, hand = scene_cells(scene, config.clouds), hand_geometry(gripper)
-    between, inside, foreign = _count(Ts, widths_m, kernel_array(own, np.int64), cells, hand)
+    between, inside, foreign = np.zeros((3, len(grasps)), np.int64)
+    by_rows(_count, (Ts, widths_m, kernel_array(own, np.int64), between, inside, foreign), cells, hand)
     failed = [
         (GraspStatus.UNREACHABLE, ~reachable),
         (GraspStatus.BLOCKED, bits != 0),
@@ -190,15 +192,13 @@ def _report(
     )
 
 
-@njit(cache=True)
-def _count(Ts, widths, own_ids, cells, hand):
+@njit(cache=True, nogil=True)
+def _count(Ts, widths, own_ids, between, inside, foreign, cells, hand):
     """Count own points between and inside the fingers, and the most points between them that one other object has.
 
     Between: within the opening along x, within the pads along y, and from the pads' rear end in the open state to the
     closed fingertips along z. Inside: in a finger of the open gripper.
     """
-    counts = np.zeros((3, len(widths)), np.int64)
-    between, inside, foreign = counts[0], counts[1], counts[2]
     box, per_id = np.empty((2, 3)), np.zeros(64, dtype=np.int64)
     local, index = np.empty((len(cells.points), 3)), np.empty(len(cells.points), dtype=np.int64)
     inner, outer = 0.5 * hand.max_width_m, 0.5 * hand.max_width_m + hand.finger_x
@@ -217,4 +217,3 @@ def _count(Ts, widths, own_ids, cells, hand):
         between[n] = per_id[own_ids[n]]
         per_id[own_ids[n]] = 0
         foreign[n] = per_id.max()
-    return between, inside, foreign

@@ -4,23 +4,25 @@ A grasp that passes the validity checks may still have no straight approach or l
 robot itself blocks every inverse-kinematics solution. This is known before anything is decided.
 """
 
-from functools import cache, partial
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
-from numba import njit
+from jaxtyping import Bool, Float, UInt8
 
 from torc.collision.collision_world import CollisionWorld
-from torc.collision.contacts import blockers, static_contacts
-from torc.collision.placement import place_spheres, scratch_for
-from torc.geometry.transforms import kernel_array
+from torc.collision.contacts import with_attached, world_arrays
+from torc.collision.placement import RobotArrays
+from torc.geometry.transforms import invert, kernel_array
 from torc.grasping.validity import tool0_targets
 from torc.motion.config import MotionConfig
 from torc.motion.holding import Held, held_where_it_lies
-from torc.motion.lines import LineContext, lines_exist
+from torc.motion.line_kernels import NO_WAY, UNSURE, WAY, ways
 from torc.motion.mover import Mover
+from torc.parallel import by_rows
 from torc.records import GraspReport, GraspSet, GraspStatus, OcclusionVolume, SegmentedScene
 from torc.robots.description import RobotDescription
+from torc.robots.ik import IkSolutions, solve_ik
 
 
 def without_lines(
@@ -32,113 +34,117 @@ def without_lines(
     robot: RobotDescription,
     support_z_m: float,
     config: MotionConfig,
+    most: int | None = None,
 ) -> Bool[np.ndarray, "n"]:
-    """Return the VALID grasps that have no straight approach from a free pre-grasp, or no straight lift.
+    """Return VALID grasps that have no straight approach from a free pre-grasp, or no straight lift.
 
-    These are exactly the ones for which `line_candidates` finds nothing, whatever the start. `config`: settings of the
-    motion planner that will carry them out; the rest as in a PickRequest.
+    Each object's grasps are followed by falling score until `most` of them have both, and the others left alone:
+    nobody tries them. Followed grasps are returned exactly if `line_candidates` finds nothing for them, whatever the
+    start.
+
+    Args:
+        grasps, report, scene, volume, world: as in a PickRequest.
+        support_z_m: height of the support, world frame.
+        config: settings of the motion planner that will carry them out.
+        most: grasps with straight ways that are enough for an object; None to follow all.
     """
     out = np.zeros(len(grasps), dtype=bool)
-    valid = np.flatnonzero(report.status == GraspStatus.VALID)
-    if len(valid) == 0:
-        return out
-    mover, camera = Mover(robot, config), scene.observation.T_world_camera[:3, 3].astype(float)
-    # Most can be carried out from their configuration in the report: all are checked at once.
-    own_ids = grasps.object_ids[valid].astype(np.int64)
-    qpos, Ts_world_tool0 = report.qpos[valid], tool0_targets(grasps, robot.gripper)[valid]
-    bounds = {k: _bounding_sphere(scene.object(k).points) for k in set(own_ids.tolist())}
-    spheres, backward = np.array([bounds[k] for k in own_ids.tolist()]), -grasps.Ts_world_tcp[valid, :3, 2]
-    good = _raisable(mover, world, qpos, Ts_world_tool0, spheres)
-    good[good] = _approachable(mover, world, qpos[good], Ts_world_tool0[good], own_ids[good], backward[good])
-
-    @cache
-    def held(object_id: int) -> Held:
-        return held_where_it_lies(
-            scene.object(object_id), camera, volume, support_z_m, config.attached_spheres
-        )
-
-    for grasp in valid[~good].tolist():
-        own_id = int(grasps.object_ids[grasp])
-        T, width_m = grasps.Ts_world_tcp[grasp], float(grasps.widths_m[grasp])
-        context = LineContext(mover, world, own_id, T, width_m, partial(held, own_id))
-        out[grasp] = not lines_exist(context, report.qpos[grasp])
+    search = _Search(grasps, report, scene, volume, world, Mover(robot, config), support_z_m)
+    waiting = {}
+    for k in report.object_ids:
+        ranked = grasps.of(k)
+        waiting[k] = ranked[report.status[ranked] == GraspStatus.VALID]
+    missing = dict.fromkeys(waiting, len(grasps) if most is None else most)
+    while len(index := np.concatenate([np.zeros(0, int), *(w[: missing[k]] for k, w in waiting.items())])):
+        out[index] = ~search.have_ways(index)
+        for k, ranked in waiting.items():
+            some = ranked[: missing[k]]
+            waiting[k] = ranked[len(some) :]
+            missing[k] -= np.count_nonzero(~out[some])
     return out
 
 
 _ROOM_M = 0.03
 
 
-_Qpos = Float[np.ndarray, "m dof"]
-_Poses = Float[np.ndarray, "m 4 4"]
+@dataclass(frozen=True)
+class _Search:
+    """Looks for straight ways of grasps; see `without_lines`."""
 
+    grasps: GraspSet
+    report: GraspReport
+    scene: SegmentedScene
+    volume: OcclusionVolume
+    world: CollisionWorld
+    mover: Mover
+    support_z_m: float
+    _held: dict[int, Held] = field(default_factory=dict)
+    _bounds: dict[int, Float[np.ndarray, "4"]] = field(default_factory=dict)
 
-def _raisable(
-    mover: Mover, world: CollisionWorld, qpos: _Qpos, Ts_world_tool0: _Poses, bounds: Float[np.ndarray, "m 4"]
-) -> Bool[np.ndarray, "m"]:
-    """Check whether the shortest lift can be followed, clear of fixed things, with the object off the robot."""
-    lifts_m = mover.config.cartesian.lifts_m
-    length_m, count = max(lifts_m), min(mover.line_counts(lifts_m))
-    path, reached = mover.follow(qpos, Ts_world_tool0, np.array([0.0, 0.0, 1.0]), length_m, count)
-    path = np.concatenate([qpos[:, None], path], axis=1)[:, ::2]
-    good = (reached == count) & ~_fixed(mover, world, path).any(axis=1)
-    spheres = np.repeat(bounds[:, None], path.shape[1], axis=1)
-    spheres[:, :, 2] += length_m / mover.waypoints(length_m) * 2 * np.arange(path.shape[1])
-    rows = np.repeat(good[:, None], path.shape[1], axis=1)
-    near = np.zeros(rows.shape, dtype=bool)
-    paths, spheres = kernel_array(path[rows]), kernel_array(spheres[rows])
-    near[rows] = _near_robot(paths, spheres, mover.arrays, world.config.self_padding_m)
-    return good & ~near.any(axis=1)
+    @cached_property
+    def tool0(self) -> Float[np.ndarray, "n 4 4"]:
+        """The flange at each grasp."""
+        return tool0_targets(self.grasps, self.mover.robot.gripper)
 
+    def have_ways(self, index: np.ndarray) -> Bool[np.ndarray, "m"]:
+        """Check which of some grasps have straight ways."""
+        m = len(index)
+        # Most can be carried out from their configuration in the report; the others' solutions are not kept.
+        found = self._ways(index, IkSolutions(np.zeros((m, 0, self.mover.arm.dof)), np.zeros(m, np.int64)))
+        if len(rest := np.flatnonzero(found != WAY)):
+            solutions = solve_ik(self.mover.arm, self.tool0[index[rest]])
+            found[rest] = self._ways(index[rest], solutions)
+            for k in rest[found[rest] == UNSURE].tolist():
+                own = slice(k, k + 1)
+                some = np.flatnonzero(rest == k)
+                found[own] = self._ways(
+                    index[own], IkSolutions(solutions.qpos[some], solutions.count[some]), exact=True
+                )
+        return found != NO_WAY
 
-def _approachable(
-    mover: Mover,
-    world: CollisionWorld,
-    qpos: _Qpos,
-    Ts_world_tool0: _Poses,
-    own_ids: Int[np.ndarray, "m"],
-    backward: Float[np.ndarray, "m 3"],
-) -> Bool[np.ndarray, "m"]:
-    """Check whether there is a free pre-grasp, and a line from it that is clear of everything fixed."""
-    back_offs_m = mover.config.cartesian.back_offs_m
-    counts = mover.line_counts(back_offs_m)
-    path, reached = mover.follow(qpos, Ts_world_tool0, backward, max(back_offs_m))
-    # Waypoints that were not reached are not finite, and count as in contact.
-    ends, owns = path[:, [c - 1 for c in counts]], np.repeat(own_ids, len(counts))
-    free = blockers(world, mover.arrays, ends.reshape(-1, path.shape[2]), mover.opening_m, owns).free
-    fixed = _fixed(mover, world, np.concatenate([qpos[:, None], path], axis=1)[:, ::2])
-    off = np.stack([~fixed[:, : count // 2 + 1].any(axis=1) for count in counts], axis=1)
-    return np.any(free.reshape(off.shape) & off & (reached[:, None] >= counts), axis=1)
+    def _ways(self, index: np.ndarray, solutions: IkSolutions, exact: bool = False) -> UInt8[np.ndarray, "m"]:
+        """Return NO_WAY, WAY or UNSURE for some grasps; if `exact`, for a single one, with its object in the hand."""
+        grasps, mover, out = self.grasps, self.mover, np.zeros(len(index), np.uint8)
+        ids = grasps.object_ids[index]
+        rows = (
+            kernel_array(self.report.qpos[index]),
+            kernel_array(solutions.qpos),
+            solutions.count,
+            kernel_array(self.tool0[index][:, :3]),
+            kernel_array(-grasps.Ts_world_tcp[index][:, :3, 2]),
+            np.uint64(1) << ids.astype(np.uint64),
+            kernel_array(np.clip(grasps.widths_m[index], 0.0, mover.robot.gripper.max_width_m)),
+            np.array([self.bounding_sphere(k) for k in ids.tolist()]),
+            out,
+        )
+        holding = self._holding(int(index[0])) if exact else mover.arrays
+        world = world_arrays(self.world)
+        by_rows(ways, rows, exact, mover.line_rules(), mover.arrays, holding, world, least=2)
+        return out
 
+    def _holding(self, grasp: int) -> RobotArrays:
+        """Return the robot with what is seen of a grasp's object in its hand."""
+        held = self.held(int(self.grasps.object_ids[grasp])).moved(invert(self.tool0[grasp]))
+        return with_attached(self.mover.arrays, held.seen)
 
-def _fixed(mover: Mover, world: CollisionWorld, paths: np.ndarray) -> Bool[np.ndarray, "m w"]:
-    """Check whether table, bin or the robot itself is touched at each waypoint of paths (m, w, dof)."""
-    flat = paths.reshape(-1, paths.shape[2])
-    return static_contacts(world, mover.arrays, flat, mover.opening_m).reshape(paths.shape[:2])
+    def held(self, object_id: int) -> Held:
+        """Return an object as it would be held, world frame, where it is now."""
+        if object_id not in self._held:
+            camera = self.scene.observation.T_world_camera[:3, 3].astype(float)
+            self._held[object_id] = held_where_it_lies(
+                self.scene.object(object_id),
+                camera,
+                self.volume,
+                self.support_z_m,
+                self.mover.config.attached_spheres,
+            )
+        return self._held[object_id]
 
-
-def _bounding_sphere(points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "4"]:
-    """Return a sphere around an object, with room for the spheres that stand for it when it is held."""
-    middle = 0.5 * (points.min(axis=0) + points.max(axis=0)).astype(float)
-    return np.append(middle, np.linalg.norm(points - middle, axis=1).max() + _ROOM_M)
-
-
-@njit(cache=True)
-def _near_robot(qpos, spheres, robot, padding):
-    """Check whether each sphere touches the spheres around the links that a held object may touch, or a fixed part."""
-    n, dof = qpos.shape
-    out = np.zeros(n, np.bool_)
-    scratch = scratch_for(robot)
-    placed = scratch[3]
-    first = robot.radii.shape[0]
-    for i in range(n):
-        place_spheres(qpos[i], 0.0, robot, scratch)
-        x, y, z, r = spheres[i]
-        for link in range(dof - 1):
-            p, reach = placed[first + link], robot.link_spheres[link, 3] + r + padding
-            if (p[0] - x) ** 2 + (p[1] - y) ** 2 + (p[2] - z) ** 2 < reach * reach:
-                out[i] = True
-        for s in robot.static_spheres:
-            reach = s[3] + r + padding
-            if (s[0] - x) ** 2 + (s[1] - y) ** 2 + (s[2] - z) ** 2 < reach * reach:
-                out[i] = True
-    return out
+    def bounding_sphere(self, object_id: int) -> Float[np.ndarray, "4"]:
+        """Return a sphere around an object, with room for the spheres that stand for it when it is held."""
+        if object_id not in self._bounds:
+            points = self.scene.object(object_id).points
+            middle = 0.5 * (points.min(axis=0) + points.max(axis=0)).astype(float)
+            radius = np.linalg.norm(points - middle, axis=1).max() + _ROOM_M
+            self._bounds[object_id] = np.append(middle, radius)
+        return self._bounds[object_id]

@@ -108,17 +108,6 @@ def line_candidates(context: LineContext, qpos_reported: Qpos, qpos_start: Qpos)
     raise NoMotionError(PlanStage.APPROACH, f"{why}.")
 
 
-def lines_exist(context: LineContext, qpos_reported: Qpos) -> bool:
-    """Check whether `line_candidates` finds any, in a fraction of the time."""
-    config = context.mover.config.cartesian
-    try:
-        branches = _branches(context, qpos_reported)[: config.max_rounds * config.max_branches]
-    except NoMotionError:
-        return False
-    few = 4  # Usually one of the first does.
-    return any(_has_lines(context, branches[i : i + few]) for i in range(0, len(branches), few))
-
-
 def timed_lines(mover: Mover, pair: LinePair) -> tuple[Trajectory, Trajectory]:
     """Return approach and lift as trajectories."""
     config = mover.config.cartesian
@@ -163,20 +152,6 @@ def _line_pairs(context: LineContext, branches: _Branches, qpos_start: Qpos) -> 
         distance = float(np.max(np.abs(pair.approach[0] - qpos_start) / mover.arm.max_speed))
         ranked.append(((touched, -len(pair.approach), distance), pair, back[1]))
     return [(pair, free) for _, pair, free in sorted(ranked, key=lambda item: item[0])]
-
-
-def _has_lines(context: LineContext, branches: _Branches) -> bool:
-    """Check whether `_line_pairs` finds any with a free pre-grasp."""
-    config = context.mover.config.cartesian
-    # A longer lift begins with the shortest one.
-    few = min(context.mover.line_counts(config.lifts_m))
-    upward, up_count = context.mover.follow(branches, context.T_world_tool0, _UP, max(config.lifts_m), few)
-    raisable = np.flatnonzero(up_count == few)
-    for b, path, count in zip(raisable, *_backward(context, branches[raisable])):
-        found = _pre_grasp(context, branches[b], path, int(count))
-        if found is not None and found[1] and _can_lift(context, np.vstack([branches[b], upward[b]])[::2]):
-            return True
-    return False
 
 
 def _backward(context: LineContext, branches: _Branches) -> tuple[np.ndarray, np.ndarray]:

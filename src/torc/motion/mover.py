@@ -9,22 +9,17 @@ from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float, Int
-from numba import njit
 
 from torc.collision.collision_world import CollisionWorld
 from torc.collision.contacts import robot_arrays
 from torc.collision.placement import RobotArrays
 from torc.geometry.transforms import kernel_array
 from torc.motion.config import MotionConfig
+from torc.motion.line_kernels import LineRules, follow_each
 from torc.motion.space import FreeSpace, free_space
 from torc.motion.timing import time_line
 from torc.records import Trajectory
 from torc.robots.description import ArmDescription, RobotDescription
-from torc.robots.kinematics import forward, jacobian, pose_error
-
-_TOLERANCE = 1e-5
-"""Metres and radians, per axis."""
-
 
 @dataclass(frozen=True)
 class Mover:
@@ -73,7 +68,7 @@ class Mover:
         starts, n, margin = kernel_array(starts), len(starts), config.limit_margin_rad
         paths = np.full((n, waypoints or steps, starts.shape[1]), np.nan)
         counts = np.zeros(n, dtype=np.int64)
-        _follow_each(
+        follow_each(
             starts,
             kernel_array(np.broadcast_to(Ts_world_tool0, (n, 4, 4))[:, :3]),
             kernel_array(np.broadcast_to(directions, (n, 3))),
@@ -101,45 +96,18 @@ class Mover:
         longest_m = max(lengths_m)
         return [max(1, round(length / longest_m * self.waypoints(longest_m))) for length in lengths_m]
 
-
-@njit(cache=True)
-def _follow_waypoints(q_start, targets, robot, lower, upper, max_step_rad, path):
-    """Fill path with a configuration per target pose; return how many were reached in a row.
-
-    It ends at the first waypoint that is not met within the tolerance (metres and radians, per axis), passes a joint
-    limit, or changes a joint by more than max_step_rad.
-    """
-    dof = q_start.shape[0]
-    Ts, scratch = np.empty((dof + 1, 3, 4)), np.empty((2, 3, 4))
-    J, error = np.empty((6, dof)), np.empty(6)
-    damping = 1e-7 * np.eye(6)
-    q = q_start.copy()
-    for k in range(targets.shape[0]):
-        met = False
-        for _ in range(12):
-            forward(q, robot, Ts, scratch)
-            if pose_error(Ts[dof], targets[k], error) < _TOLERANCE:
-                met = True
-                break
-            jacobian(Ts, robot.axes, J)
-            q += J.T @ np.linalg.solve(J @ J.T + damping, error)
-        if not met:
-            return k
-        previous = path[k - 1] if k > 0 else q_start
-        for i in range(dof):
-            if q[i] < lower[i] or q[i] > upper[i] or abs(q[i] - previous[i]) > max_step_rad:
-                return k
-        path[k] = q
-    return targets.shape[0]
-
-
-@njit(cache=True)
-def _follow_each(starts, Ts, directions, spacing_m, robot, lower, upper, max_step_rad, paths, counts):
-    m = paths.shape[1]
-    targets = np.empty((m, 3, 4))
-    for b in range(starts.shape[0]):
-        for k in range(m):
-            targets[k] = Ts[b]
-            for i in range(3):
-                targets[k, i, 3] += (k + 1) * spacing_m * directions[b, i]
-        counts[b] = _follow_waypoints(starts[b], targets, robot, lower, upper, max_step_rad, paths[b])
+    def line_rules(self) -> LineRules:
+        """Return the settings of straight lines for the kernel that looks for them."""
+        config = self.config.cartesian
+        lift_m, back_off_m = max(config.lifts_m), max(config.back_offs_m)
+        return LineRules(
+            lift_spacing_m=lift_m / self.waypoints(lift_m),
+            approach_spacing_m=back_off_m / self.waypoints(back_off_m),
+            lift=min(self.line_counts(config.lifts_m)),
+            back_offs=np.unique(self.line_counts(config.back_offs_m)),
+            lower=kernel_array(self.arm.lower + config.limit_margin_rad),
+            upper=kernel_array(self.arm.upper - config.limit_margin_rad),
+            max_step_rad=float(config.max_joint_step_rad),
+            branches=config.max_rounds * config.max_branches,
+            opening_m=float(self.opening_m),
+        )

@@ -6,7 +6,8 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from torc.collision.collision_world import CollisionWorld
-from torc.collision.contact_kernels import contacts_batch, edges_batch
+from torc.collision.contact_kernels import edges_batch
+from torc.collision.contacts import contacts_each
 from torc.collision.contacts import with_attached, world_arrays
 from torc.collision.obstacles import WorldArrays
 from torc.collision.placement import RobotArrays, joint_reach
@@ -46,9 +47,7 @@ class FreeSpace:
         """Check whether each configuration touches anything."""
         n = len(qpos)
         widths_m, own_bits = np.full(n, self.width_m), np.zeros(n, np.uint64)
-        bits, flags = contacts_batch(
-            kernel_array(qpos), widths_m, own_bits, self.robot, self.world, True, True
-        )
+        bits, flags = contacts_each(kernel_array(qpos), widths_m, own_bits, self.robot, self.world)
         return (bits != 0) | (flags != 0)
 
     def edges_collide(

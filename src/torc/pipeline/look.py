@@ -19,7 +19,7 @@ from torc.perception.checked_scenes import ask_depth, ask_perception
 from torc.perception.noise import NoiseConfig, add_sensor_noise
 from torc.perception.protocol import AsMeasured, Depth, Perception, Wanted
 from torc.pipeline.better_bet import BetConfig, hold_back_unlikely, hold_back_worse_bets
-from torc.pipeline.failures import FailureConfig, lower_scores, still_valid, veto, with_status
+from torc.pipeline.failures import FailedGrasp, FailureConfig, lower_scores, still_valid, veto, with_status
 from torc.pipeline.state import EpisodeState, first_state, stage_rng
 from torc.pipeline.touch import with_touched
 from torc.records import (
@@ -209,7 +209,7 @@ class Pipeline:
             )
             grasps = lower_scores(grasps, failed, history, self.failures)
         with clock.stage("validity"):
-            report = veto(self.evaluate(grasps, scene, volume, view.world), grasps, failed, self.failures)
+            report = self.evaluate(grasps, scene, volume, view.world, failed)
             report = hold_back_unlikely(report, grasps, self.min_score)
             if self.min_score > 0:
                 report = hold_back_worse_bets(report, grasps, scene.target_id, picks_left, self.bets)
@@ -235,12 +235,32 @@ class Pipeline:
         return replace(capture, observation=ask_depth(self.depth, capture.observation))
 
     def evaluate(
-        self, grasps: GraspSet, scene: SegmentedScene, volume: OcclusionVolume, world: CollisionWorld
+        self,
+        grasps: GraspSet,
+        scene: SegmentedScene,
+        volume: OcclusionVolume,
+        world: CollisionWorld,
+        failed: tuple[FailedGrasp, ...] = (),
     ) -> GraspReport:
-        """Return which grasps the robot can carry out, and what blocks the others, whatever their probability."""
+        """Return which grasps the robot can carry out, and what blocks the others, whatever their probability.
+
+        Grasps like one of `failed` without a motion are vetoed. Straight ways are followed for as many grasps of an
+        object as the motion planner tries.
+        """
         if not isinstance(self.robot, RobotDescription):
-            return evaluate_grasps_without_robot(grasps, scene, world, self.robot)
+            report = evaluate_grasps_without_robot(grasps, scene, world, self.robot)
+            return veto(report, grasps, failed, self.failures)
         report = evaluate_grasps(grasps, scene, world, self.robot)
-        support_z_m = self.workspace.support_z_m
-        stuck = without_lines(grasps, report, scene, volume, world, self.robot, support_z_m, self.motion)
+        report = veto(report, grasps, failed, self.failures)
+        stuck = without_lines(
+            grasps,
+            report,
+            scene,
+            volume,
+            world,
+            self.robot,
+            self.workspace.support_z_m,
+            self.motion,
+            self.motion.max_grasps,
+        )
         return with_status(report, grasps, np.where(stuck, np.uint8(GraspStatus.NO_LINE), report.status))

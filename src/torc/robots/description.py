@@ -13,7 +13,7 @@ Qpos = Float[np.ndarray, "dof"]
 """Positions of an arm's joints, radians."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ArmDescription:
     """A serial arm with hinge joints.
 

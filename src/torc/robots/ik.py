@@ -7,6 +7,7 @@ description alone decides which.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -14,6 +15,7 @@ from numba import njit
 
 from torc.errors import InputError
 from torc.geometry.transforms import Pose, invert, kernel_array, make_pose
+from torc.parallel import by_rows
 from torc.robots.description import ArmDescription, RobotDescription
 from torc.robots.ik_kernels import Joints, wrap_into_limits, write_best_first
 from torc.robots.ik_seven import detect_offset_wrist, detect_srs, offset_wrist_ik_kernel, srs_ik_kernel
@@ -66,7 +68,7 @@ def _descend(goal, chain, joints, iterations, tolerance, q):
     return worst < tolerance
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def numeric_ik_kernel(Ts, chain, starts, iterations, tolerance, joints, out, counts):
     """Solve poses (n, 4, 4): distinct solutions, best first, into out (n, capacity, dof) and counts (n,)."""
     solutions = np.empty(out.shape[1:])
@@ -142,7 +144,7 @@ def solve_ik(
     for i in range(0, len(Ts), CHUNK):
         some = Ts[i : i + CHUNK]
         out = np.full((len(some), config.max_branches, arm.dof), np.nan)
-        solve(some, joints, out, count[i : i + CHUNK])
+        by_rows(lambda T, found, n: solve(T, joints, found, n), (some, out, count[i : i + CHUNK]))
         parts.append(out[:, : max(1, int(count[i : i + CHUNK].max()))].copy())
     qpos = np.full((len(Ts), max([1, *[part.shape[1] for part in parts]]), arm.dof), np.nan)
     for i, part in zip(range(0, len(Ts), CHUNK), parts):
@@ -165,6 +167,7 @@ Solver = Callable[[np.ndarray, Joints, np.ndarray, np.ndarray], None]
 """Solves poses (n, 4, 4) for joints; writes to the arrays for solutions and counts."""
 
 
+@lru_cache(maxsize=32)
 def closed_form(arm: ArmDescription, config: IkConfig) -> Solver | None:
     """Return the solver of the arm's structure; None if it has none of them."""
     if (srs := detect_srs(arm)) is not None:

@@ -97,7 +97,7 @@ def _solve_pose(T, structure, joints, solutions):
     return count
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def parallel_ik_kernel(Ts, structure, joints, out, counts):
     """Solve poses (n, 4, 4): branches, best first, into out (n, capacity, 6) and counts (n,)."""
     solutions = np.empty((max(8, out.shape[1]), out.shape[2]))

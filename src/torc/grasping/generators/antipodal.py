@@ -37,7 +37,7 @@ def propose_antipodal(given: GeneratorInput, rng: np.random.Generator) -> RawCan
     return settled(raw, given)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _pairs(points, normals, sources, start, max_gap_m):
     """Return, for each source, the best-opposed partner (index pairs); sources without one are left out.
 
@@ -49,15 +49,18 @@ def _pairs(points, normals, sources, start, max_gap_m):
     for s in range(len(sources)):
         i = sources[s]
         best, partner = 2.0 * _PAIR_COS, -1
+        px, py, pz = points[i, 0], points[i, 1], points[i, 2]
+        nx, ny, nz = normals[i, 0], normals[i, 1], normals[i, 2]
         for k in range(total):
-            j = (k + start[s]) % total
-            dx = points[j, 0] - points[i, 0]
-            dy = points[j, 1] - points[i, 1]
-            dz = points[j, 2] - points[i, 2]
+            j = k + start[s] if k + start[s] < total else k + start[s] - total
+            dx, dy, dz = points[j, 0] - px, points[j, 1] - py, points[j, 2] - pz
+            inward = nx * dx + ny * dy + nz * dz
+            if inward >= 0.0:
+                continue
             gap = np.sqrt(dx * dx + dy * dy + dz * dz)
             if gap < _MIN_GAP_M or gap > max_gap_m:
                 continue
-            a = -(normals[i, 0] * dx + normals[i, 1] * dy + normals[i, 2] * dz) / gap
+            a = -inward / gap
             if a < _PAIR_COS:
                 continue
             b = (normals[j, 0] * dx + normals[j, 1] * dy + normals[j, 2] * dz) / gap
@@ -69,7 +72,7 @@ def _pairs(points, normals, sources, start, max_gap_m):
     return out[:n]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _approach_pairs(points, pairs, approaches, order, forward, yaw_cos):
     """Return rotations and TCPs: up to three approaches per pair, each at two depths of the contact on the pad."""
     per_pair = 3

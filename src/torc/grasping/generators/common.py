@@ -116,7 +116,7 @@ def _fit_jaws(local, index, count, seen, center_x, hand):
     return low, high, between
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _settle_on_points(cells, Rs, tips, limits, min_points, hand, widths, keep):
     """Write tips, widths and keep in place. `limits`: support height, tip margin, spread, largest retreat."""
     support_z, tip_margin, spread, most_back = limits

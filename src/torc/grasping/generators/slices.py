@@ -7,6 +7,7 @@ from jaxtyping import Float
 from numba import njit
 
 from torc.grasping.axes import approach_directions, grasp_frames, normal_clusters
+from torc.grasping.cells import along, axes_of
 from torc.grasping.generators.common import (
     NO_CANDIDATES,
     GeneratorInput,
@@ -79,33 +80,33 @@ def _drawn_frames(total: int, first: int, limit: int, rng: np.random.Generator) 
     return np.concatenate([np.arange(first), first + drawn_rest])
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _slices(points, visible, felt, closings, approaches, phases, most_slices, rules, out):
     """Write candidates to `out` (rotations, tips, widths); return how many."""
-    R = np.empty((3, 3))
-    local, strip = np.empty((len(points), 3)), np.empty((len(points), 4))
+    R, total = np.empty((3, 3)), len(points)
+    x, y, z, strip = np.empty(total), np.empty(total), np.empty(total), np.empty((total, 4))
     n = 0
     for f in range(len(closings)):
         make_rotation(closings[f], approaches[f], R)
-        low, high = 1e9, -1e9
-        for i in range(len(points)):
-            for a in range(3):
-                local[i, a] = R[0, a] * points[i, 0] + R[1, a] * points[i, 1] + R[2, a] * points[i, 2]
+        (ex, ey, ez), low, high = axes_of(R), 1e9, -1e9
+        for i in range(total):
+            px, py, pz = points[i, 0], points[i, 1], points[i, 2]
+            x[i], y[i], z[i] = along(ex, px, py, pz), along(ey, px, py, pz), along(ez, px, py, pz)
             if i < visible:
-                low, high = min(low, local[i, 1]), max(high, local[i, 1])
+                low, high = min(low, y[i]), max(high, y[i])
         slices = max(1, int(np.ceil((high - low) / rules.slice_m)))
         taken = min(slices, most_slices)
         for s in range(taken):
-            y = low + (high - low) * (int((s + phases[f]) * slices / taken) + 0.5) / slices
+            middle = low + (high - low) * (int((s + phases[f]) * slices / taken) + 0.5) / slices
             count = 0
-            for i in range(len(points)):
-                side = abs(local[i, 1] - y)
+            for i in range(total):
+                side = abs(y[i] - middle)
                 if side < rules.hand.finger_y:
-                    strip[count, 0], strip[count, 1] = local[i, 0], local[i, 2]
+                    strip[count, 0], strip[count, 1] = x[i], z[i]
                     strip[count, 2] = 1.0 if i < visible else (-1.0 if i < visible + felt else 0.0)
                     strip[count, 3] = 1.0 if side < rules.hand.pad_y else 0.0
                     count += 1
-            n = _reach_into(strip[:count], y, R, rules, out, n)
+            n = _reach_into(strip[:count], middle, R, rules, out, n)
     return n
 
 
