@@ -8,13 +8,12 @@ Unknown space is never a veto.
 from collections import namedtuple
 from dataclasses import dataclass, fields
 from enum import IntEnum
-from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int32, UInt8, UInt64
 from numba import njit
 
-from torc.grasping.cells import PointCells, along, box_reached, frame_of
+from torc.grasping.cells import PointCells, frame_of
 from torc.grasping.clouds import ObjectCloud
 from torc.grasping.config import CheckConfig
 from torc.grasping.generators.common import RawCandidates
@@ -85,175 +84,108 @@ def check_candidates(
     """Check the candidates of one object against its seen points and all `cells`."""
     box = hand_bounds(hand, max(NEAR_M, config.finger_margin_m, config.palm_margin_m))
     box[0, 2] -= CORRIDOR_M
-    palm_box = palm_bounds(hand, config.palm_margin_m)
     limits = _Limits(**vars(config))
     fault, blockers, foreign = _check_all(
-        raw.Rs, raw.tips, raw.widths_m, cloud.cells, cloud.id, cells, hand, box, palm_box, support_z_m, limits
+        raw.Rs, raw.tips, raw.widths_m, cloud.cells, cloud.id, cells, hand, box, support_z_m, limits
     )
     touching = foreign[:, FINGERS] + foreign[:, PALM] > config.max_foreign_touching
     blocked = touching | (foreign[:, BETWEEN] > config.max_foreign_between)
     return CheckResult(fault, blockers, foreign, blocked)
 
 
-def palm_bounds(hand: HandGeometry, margin_m: float) -> Float[np.ndarray, "2 3"]:
-    """Return largest |x|, |y| and z of the palm boxes, in the second row; relative to the open gripper's TCP."""
-    if len(hand.palm) == 0:
-        return np.array([[0.0, 0.0, -1.0], [0.0, 0.0, -1.0]])
-    upper = (np.abs(hand.palm[:, :3]) + hand.palm[:, 3:]).max(axis=0)
-    upper[2] = (hand.palm[:, 2] + hand.palm[:, 5]).max()
-    return np.stack([-upper, upper + margin_m])
+@njit(cache=True)
+def _regions(hand, near_m, margin_m):
+    """Return where the open gripper's parts are: half widths of its slim part, then half widths and top of the rest.
+
+    The slim part, grown by `near_m`, is about as thick as the fingers; the rest, grown by `margin_m`, lies behind it.
+    """
+    slim_x, slim_y = 0.5 * hand.max_width_m + hand.finger_x + near_m, hand.finger_y + near_m
+    wide_x, wide_y, wide_z = 0.0, 0.0, -1e9
+    for k in range(len(hand.palm_ranges)):
+        part = hand.palm_ranges[k]
+        x, y, z = part[1] + margin_m, part[2] + margin_m, part[4] + margin_m
+        if y <= hand.finger_y + NEAR_M:
+            slim_x, slim_y = max(slim_x, x), max(slim_y, y)
+        else:
+            wide_x, wide_y, wide_z = max(wide_x, x), max(wide_y, y), max(wide_z, z)
+    return (slim_x, slim_y), (wide_x, wide_y, wide_z)
 
 
 @njit(cache=True)
-def _own_fault(frame, box, own, width, shift_z, hand, palm_top_z, limits):
-    """Return the fault of one candidate from its own object's seen points in a box of the grasp frame."""
-    ex, ey, ez, origin = frame
-    # Ahead of the palm only what the fingers pass matters.
-    ahead = (box[0], -hand.finger_y, palm_top_z, box[3], hand.finger_y, box[5])
-    behind = (box[0], box[1], box[2], box[3], box[4], palm_top_z)
+def _move(frame, regions, shift_z, bottom, top, points, moved, inside):
+    """Write |x|, |y| and z of points in a grasp frame, and which lie in one of the `_regions` of the gripper.
+
+    Coordinate by coordinate and without branches: a few vector instructions.
+    """
+    (ax, ay, az), (bx, by, bz), (cx, cy, cz), (ox, oy, oz) = frame
+    (slim_x, slim_y), (wide_x, wide_y, wide_z) = regions
+    wide_z += shift_z
+    px, py, pz = points
+    x, y, z = moved
+    for i in range(len(px)):
+        dx, dy, dz = px[i] - ox, py[i] - oy, pz[i] - oz
+        u, v, w = abs(ax * dx + ay * dy + az * dz), abs(bx * dx + by * dy + bz * dz), cx * dx + cy * dy + cz * dz
+        x[i], y[i], z[i] = u, v, w
+        slim, wide = (u <= slim_x) & (v <= slim_y), (u <= wide_x) & (v <= wide_y) & (w <= wide_z)
+        inside[i] = (slim | wide) & (w >= bottom) & (w <= top)
+
+
+@njit(cache=True)
+def _own_fault(moved, inside, width, shift_z, hand, limits):
+    """Return the fault of one candidate from its own object's seen points."""
+    x, y, z = moved
     in_finger, between = 0, 0
-    for c in range(len(own.radii)):
-        center, radius = own.centers[c], own.radii[c]
-        if not box_reached(frame, center, radius, ahead) and not box_reached(frame, center, radius, behind):
+    for i in range(len(inside)):
+        if not inside[i]:
             continue
-        for i in range(own.starts[c], own.starts[c + 1]):
-            if own.tags[i] == 0:
-                continue
-            px, py, pz = own.points[i, 0] - origin[0], own.points[i, 1] - origin[1], own.points[i, 2] - origin[2]
-            y = along(ey, px, py, pz)
-            if y < box[1] or y > box[4]:
-                continue
-            z = along(ez, px, py, pz)
-            if z < box[2] or z > box[5] or (z > palm_top_z and abs(y) > hand.finger_y):
-                continue
-            x = along(ex, px, py, pz)
-            if x < box[0] or x > box[3]:
-                continue
-            if in_fingers(x, y, z, width, shift_z, limits.approach_m, 0.0, limits.own_slack_m, hand):
-                in_finger += 1
-                if in_finger > limits.max_own_in_fingers:
-                    return Fault.OWN_IN_FINGERS.value
-            if z <= palm_top_z and in_palm(x, y, z, shift_z, limits.palm_margin_m, hand):
-                return Fault.OWN_IN_PALM.value
-            if between_pads(x, y, z, 0.5 * width + limits.own_slack_m, hand):
-                between += 1
+        if in_fingers(x[i], y[i], z[i], width, shift_z, limits.approach_m, 0.0, limits.own_slack_m, hand):
+            in_finger += 1
+            if in_finger > limits.max_own_in_fingers:
+                return Fault.OWN_IN_FINGERS.value
+        if in_palm(x[i], y[i], z[i], shift_z, limits.palm_margin_m, hand):
+            return Fault.OWN_IN_PALM.value
+        if between_pads(x[i], y[i], z[i], 0.5 * width + limits.own_slack_m, hand):
+            between += 1
     return Fault.TOO_FEW_POINTS.value if between < limits.min_points_between else Fault.NONE.value
 
 
 @njit(cache=True)
-def _count_foreign(frame, ahead, behind, near, hit, cells, own_id, width, shift_z, hand, palm_box, limits):
-    """Return the bits of the objects in the way, and how many points of other objects are in each place.
-
-    Only points in one of two boxes of the grasp frame, `ahead` of the palm and `behind`, in the cells `near`; `hit` is
-    scratch memory for them.
-    """
-    ex, ey, ez, origin = frame
-    bits = np.uint64(0)
-    in_fingers_, in_palm_, between, close, corridor = 0, 0, 0, 0, 0
+def _count_foreign(moved, inside, tags, width, shift_z, hand, limits):
+    """Return the bits of the objects in the way, and how many of their points are in each place."""
+    bits, counts = np.uint64(0), np.zeros(5, np.int32)
     half, outer = 0.5 * width, 0.5 * hand.max_width_m + hand.finger_x
     back, margin = shift_z - hand.finger_z, limits.finger_margin_m
-    _find_reached(frame, ahead, behind, near, hit)
-    for m in range(len(hit)):
-        if not hit[m]:
+    for i in range(len(tags)):
+        if not inside[i]:
             continue
-        c = near.index[m]
-        for i in range(cells.starts[c], cells.starts[c + 1]):
-            if cells.tags[i] == own_id:
-                continue
-            px, py, pz = cells.points[i, 0] - origin[0], cells.points[i, 1] - origin[1], cells.points[i, 2] - origin[2]
-            y = abs(along(ey, px, py, pz))
-            if y > behind[4]:
-                continue
-            z = along(ez, px, py, pz)
-            if z < behind[2] or z > ahead[5]:
-                continue
-            x = abs(along(ex, px, py, pz))
-            if x > behind[3] or (z > behind[5] and (x > ahead[3] or y > ahead[4])):
-                continue
-            place = -1
-            if x < half:
-                if y < hand.pad_y and z <= 0.0 and z > -hand.pad_z:
-                    place = BETWEEN
-            elif x < outer + NEAR_M and y < hand.finger_y + NEAR_M:
-                end = sweep_end_z(x - margin, width, shift_z, hand)
-                if x < outer + margin and y < hand.finger_y + margin and z < end + margin:
-                    if z > back - margin:
-                        place = FINGERS
-                    elif z > back - CORRIDOR_M:
-                        place = CORRIDOR
-                if place != FINGERS and z < end + NEAR_M and z > back - NEAR_M:
-                    place = NEAR
-            if place < 0 or place > BETWEEN:
-                at = _palm_place(x, y, z - shift_z, hand.palm_ranges, palm_box, limits.palm_margin_m)
-                if at == PALM or place < 0:
-                    place = at
-            if place >= 0:
-                in_fingers_ += place == FINGERS
-                in_palm_ += place == PALM
-                between += place == BETWEEN
-                close += place == NEAR
-                corridor += place == CORRIDOR
-                if place <= BETWEEN:
-                    bits |= np.uint64(1) << np.uint64(cells.tags[i])
-    return bits, (in_fingers_, in_palm_, between, close, corridor)
-
-
-class _Spheres(NamedTuple):
-    """Cells, and the spheres around them, coordinate by coordinate: their tests become vector instructions."""
-
-    index: np.ndarray
-    x: np.ndarray
-    y: np.ndarray
-    z: np.ndarray
-    r: np.ndarray
+        x, y, z = moved[0][i], moved[1][i], moved[2][i]
+        place = -1
+        if x < half:
+            if y < hand.pad_y and z <= 0.0 and z > -hand.pad_z:
+                place = BETWEEN
+        elif x < outer + NEAR_M and y < hand.finger_y + NEAR_M:
+            end = sweep_end_z(x - margin, width, shift_z, hand)
+            if x < outer + margin and y < hand.finger_y + margin and z < end + margin:
+                if z > back - margin:
+                    place = FINGERS
+                elif z > back - CORRIDOR_M:
+                    place = CORRIDOR
+            if place != FINGERS and z < end + NEAR_M and z > back - NEAR_M:
+                place = NEAR
+        if place < 0 or place > BETWEEN:
+            at = _palm_place(x, y, z - shift_z, hand.palm_ranges, limits.palm_margin_m)
+            if at == PALM or place < 0:
+                place = at
+        if place >= 0:
+            counts[place] += 1
+            if place <= BETWEEN:
+                bits |= np.uint64(1) << np.uint64(tags[i])
+    return bits, counts
 
 
 @njit(cache=True)
-def _find_reached(frame, ahead, behind, near, hit):
-    """Write which spheres come near one of two boxes, of which `behind` is at least as wide as `ahead`."""
-    ex, ey, ez, origin = frame
-    for m in range(len(hit)):
-        px, py, pz, r = near.x[m] - origin[0], near.y[m] - origin[1], near.z[m] - origin[2], near.r[m]
-        x, y, z = abs(along(ex, px, py, pz)) - r, abs(along(ey, px, py, pz)) - r, along(ez, px, py, pz)
-        hit[m] = (
-            (x <= behind[3])
-            & (y <= behind[4])
-            & (z >= behind[2] - r)
-            & (z <= ahead[5] + r)
-            & ((z <= behind[5] + r) | ((x <= ahead[3]) & (y <= ahead[4])))
-        )
-
-
-@njit(cache=True)
-def _cells_near(tips, cells, own_id, reach):
-    """Return the cells with points of other objects that come within `reach` of some tip, or nearly so."""
-    near, count = np.empty(len(cells.radii), np.int64), 0
-    low, high = np.full(3, 1e9), np.full(3, -1e9)
-    for n in range(len(tips)):
-        for a in range(3):
-            low[a], high[a] = min(low[a], tips[n, a]), max(high[a], tips[n, a])
-    for c in range(len(cells.radii)):
-        distance2 = 0.0
-        for a in range(3):
-            p = cells.centers[c, a]
-            distance2 += max(low[a] - p, p - high[a], 0.0) ** 2
-        if distance2 > (reach + cells.radii[c]) ** 2:
-            continue
-        for i in range(cells.starts[c], cells.starts[c + 1]):
-            if cells.tags[i] != own_id:
-                near[count] = c
-                count += 1
-                break
-    near = near[:count]
-    x, y, z = cells.centers[near, 0], cells.centers[near, 1], cells.centers[near, 2]
-    return _Spheres(near, x, y, z, cells.radii[near])
-
-
-@njit(cache=True)
-def _palm_place(x, y, z, palm_ranges, palm_box, margin_m):
+def _palm_place(x, y, z, palm_ranges, margin_m):
     """Return PALM, CORRIDOR or -1 for a point (|x|, |y|, z) in the frame of the open gripper's TCP."""
-    if z > palm_box[1, 2] or y > palm_box[1, 1] or x > palm_box[1, 0]:
-        return -1
     place = -1
     x, y = x - margin_m, y - margin_m
     for k in range(len(palm_ranges)):
@@ -267,11 +199,38 @@ def _palm_place(x, y, z, palm_ranges, palm_box, margin_m):
     return place
 
 
+@njit(cache=True)
+def _others_near(tips, cells, own_id, reach):
+    """Return coordinates and ids of other objects' points in cells that come within `reach` of some tip, or nearly."""
+    low, high = np.full(3, 1e9), np.full(3, -1e9)
+    for n in range(len(tips)):
+        for a in range(3):
+            low[a], high[a] = min(low[a], tips[n, a]), max(high[a], tips[n, a])
+    kept, count = np.empty(len(cells.points), np.int64), 0
+    for c in range(len(cells.radii)):
+        distance2 = 0.0
+        for a in range(3):
+            p = cells.centers[a, c]
+            distance2 += max(low[a] - p, p - high[a], 0.0) ** 2
+        if distance2 <= (reach + cells.radii[c]) ** 2:
+            for i in range(cells.starts[c], cells.starts[c + 1]):
+                if cells.tags[i] != own_id:
+                    kept[count] = i
+                    count += 1
+    return _columns(cells.points[kept[:count]]), cells.tags[kept[:count]]
+
+
+@njit(cache=True)
+def _columns(points):
+    """Return x, y and z of points as arrays of their own."""
+    return points[:, 0].copy(), points[:, 1].copy(), points[:, 2].copy()
+
+
 @njit(cache=True, nogil=True)
-def _check_all(Rs, tips, widths, own, own_id, cells, hand, box, palm_box, support_z_m, limits):
+def _check_all(Rs, tips, widths, own, own_id, cells, hand, box, support_z_m, limits):
     """Return fault, blockers and counts of other objects' points, per candidate.
 
-    `box`: where points of other objects matter at all; `palm_box`: see `palm_bounds`.
+    `box`: where points of other objects matter at all.
     """
     total = len(widths)
     fault, blockers = np.zeros(total, np.uint8), np.zeros(total, np.uint64)
@@ -279,10 +238,14 @@ def _check_all(Rs, tips, widths, own, own_id, cells, hand, box, palm_box, suppor
     reach = 0.0
     for a in range(3):
         reach += max(abs(box[0, a]), abs(box[1, a])) ** 2
-    near = _cells_near(tips, cells, own_id, np.sqrt(reach))
-    hit = np.empty(len(near.index), np.bool_)
-    own_box = (box[0, 0], box[0, 1], box[0, 2], box[1, 0], box[1, 1], 0.0)
-    side_x, side_y = 0.5 * hand.max_width_m + hand.finger_x + NEAR_M, hand.finger_y + NEAR_M
+    others, tags = _others_near(tips, cells, own_id, np.sqrt(reach))
+    seen = _columns(own.points[own.tags != 0])
+    most = max(len(tags), len(seen[0]))
+    moved, inside = (np.empty(most), np.empty(most), np.empty(most)), np.empty(most, np.bool_)
+    own_inside, other_inside = inside[: len(seen[0])], inside[: len(tags)]
+    own_regions = _regions(hand, 0.0, limits.palm_margin_m)
+    other_regions = _regions(hand, NEAR_M, limits.palm_margin_m)
+    bottom, top = box[0, 2], box[1, 2]
     for n in range(len(widths)):
         R, tip, width = Rs[n], tips[n], widths[n]
         shift_z = -reach_at(hand.reach_m, width)
@@ -292,15 +255,11 @@ def _check_all(Rs, tips, widths, own, own_id, cells, hand, box, palm_box, suppor
             fault[n] = Fault.TABLE.value
             continue
         frame = frame_of(R, tip)
-        palm_top_z = palm_box[1, 2] + shift_z
-        fault[n] = _own_fault(frame, own_box, own, width, shift_z, hand, palm_top_z, limits)
+        _move(frame, own_regions, shift_z, bottom, 0.0, seen, moved, own_inside)
+        fault[n] = _own_fault(moved, own_inside, width, shift_z, hand, limits)
         if fault[n] == 0:
-            # Ahead of the palm only the fingers' surroundings matter, a much narrower box.
-            ahead = (-side_x, -side_y, palm_top_z, side_x, side_y, box[1, 2])
-            behind = (box[0, 0], box[0, 1], box[0, 2], box[1, 0], box[1, 1], palm_top_z)
-            blockers[n], counts = _count_foreign(
-                frame, ahead, behind, near, hit, cells, own_id, width, shift_z, hand, palm_box, limits
+            _move(frame, other_regions, shift_z, bottom, top, others, moved, other_inside)
+            blockers[n], foreign[n] = _count_foreign(
+                moved, other_inside, tags, width, shift_z, hand, limits
             )
-            for k in range(5):
-                foreign[n, k] = counts[k]
     return fault, blockers, foreign

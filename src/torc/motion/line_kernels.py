@@ -131,9 +131,10 @@ def _approach(q, T, backward, own, rules, robot, world, path, scratch):
         if follow(q, T, backward, rules.approach_spacing_m, robot, lower, upper, step, some, done) < count:
             return False
         for k in range(done + 1, count + 1):
-            if k % 2 == 0:
-                if contacts_at(path[k - 1], rules.opening_m, none, robot, world, True, False, scratch)[1] != 0:
-                    return False
+            checked = k % 2 == 0
+            at = path[k - 1]
+            if checked and contacts_at(at, rules.opening_m, none, robot, world, True, False, scratch)[1]:
+                return False
         bits, flags = contacts_at(path[count - 1], rules.opening_m, own, robot, world, True, True, scratch)
         if bits == 0 and flags == 0:
             return True
@@ -142,7 +143,9 @@ def _approach(q, T, backward, own, rules, robot, world, path, scratch):
 
 
 @njit(cache=True, nogil=True)
-def ways(reported, solutions, counts, Ts, backward, own, widths, bounds, out, exact, rules, robot, holding, world):
+def ways(
+    reported, solutions, counts, Ts, backward, own, widths, bounds, out, exact, rules, robot, holding, world
+):
     """Write, per grasp, whether some inverse-kinematics solution has a straight approach and a straight lift.
 
     Args:

@@ -21,6 +21,7 @@ from torc.motion.timing import time_line
 from torc.records import Trajectory
 from torc.robots.description import ArmDescription, RobotDescription
 
+
 @dataclass(frozen=True)
 class Mover:
     """A robot and the settings of its motions."""

@@ -7,8 +7,7 @@ from jaxtyping import Bool, Float, Int
 
 from torc.collision.collision_world import CollisionWorld
 from torc.collision.contact_kernels import edges_batch
-from torc.collision.contacts import contacts_each
-from torc.collision.contacts import with_attached, world_arrays
+from torc.collision.contacts import contacts_each, with_attached, world_arrays
 from torc.collision.obstacles import WorldArrays
 from torc.collision.placement import RobotArrays, joint_reach
 from torc.geometry.transforms import kernel_array

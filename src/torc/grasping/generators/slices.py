@@ -84,16 +84,21 @@ def _drawn_frames(total: int, first: int, limit: int, rng: np.random.Generator) 
 def _slices(points, visible, felt, closings, approaches, phases, most_slices, rules, out):
     """Write candidates to `out` (rotations, tips, widths); return how many."""
     R, total = np.empty((3, 3)), len(points)
-    x, y, z, strip = np.empty(total), np.empty(total), np.empty(total), np.empty((total, 4))
+    # Coordinate by coordinate, and without branches: vector instructions.
+    px, py, pz = points[:, 0].copy(), points[:, 1].copy(), points[:, 2].copy()
+    x, y, z = np.empty(total), np.empty(total), np.empty(total)
+    strip = np.empty(total + 1), np.empty(total + 1), np.empty(total + 1), np.empty(total + 1)
     n = 0
     for f in range(len(closings)):
         make_rotation(closings[f], approaches[f], R)
-        (ex, ey, ez), low, high = axes_of(R), 1e9, -1e9
+        ex, ey, ez = axes_of(R)
         for i in range(total):
-            px, py, pz = points[i, 0], points[i, 1], points[i, 2]
-            x[i], y[i], z[i] = along(ex, px, py, pz), along(ey, px, py, pz), along(ez, px, py, pz)
-            if i < visible:
-                low, high = min(low, y[i]), max(high, y[i])
+            x[i], y[i], z[i] = (
+                along(ex, px[i], py[i], pz[i]),
+                along(ey, px[i], py[i], pz[i]),
+                along(ez, px[i], py[i], pz[i]),
+            )
+        low, high = span(y[:visible])
         slices = max(1, int(np.ceil((high - low) / rules.slice_m)))
         taken = min(slices, most_slices)
         for s in range(taken):
@@ -101,12 +106,12 @@ def _slices(points, visible, felt, closings, approaches, phases, most_slices, ru
             count = 0
             for i in range(total):
                 side = abs(y[i] - middle)
-                if side < rules.hand.finger_y:
-                    strip[count, 0], strip[count, 1] = x[i], z[i]
-                    strip[count, 2] = 1.0 if i < visible else (-1.0 if i < visible + felt else 0.0)
-                    strip[count, 3] = 1.0 if side < rules.hand.pad_y else 0.0
-                    count += 1
-            n = _reach_into(strip[:count], middle, R, rules, out, n)
+                strip[0][count], strip[1][count] = x[i], z[i]
+                strip[2][count] = 1.0 if i < visible else (-1.0 if i < visible + felt else 0.0)
+                strip[3][count] = 1.0 if side < rules.hand.pad_y else 0.0
+                count += side < rules.hand.finger_y
+            some = strip[0][:count], strip[1][:count], strip[2][:count], strip[3][:count]
+            n = _reach_into(some, middle, R, rules, out, n)
     return n
 
 
@@ -114,22 +119,22 @@ def _slices(points, visible, felt, closings, approaches, phases, most_slices, ru
 def _reach_into(strip, y, R, rules, out, n):
     """Write the candidates of one slice at every depth: centred on all points behind the fingertips, or on each part.
 
-    Columns of `strip`: x, z, 1 if seen and -1 if felt, whether within the pads.
+    `strip`: x and z of its points, 1 for seen and -1 for felt ones, 1 for those within the pads.
     """
-    top, left, right = 1e9, 1e9, -1e9
-    for i in range(len(strip)):
-        left, right = min(left, strip[i, 0]), max(right, strip[i, 0])
-        if strip[i, 2] > 0.0:
-            top = min(top, strip[i, 1])
+    x, below, seen, _ = strip
+    left, right = span(x)
+    top = 1e9
+    for i in range(len(x)):
+        top = min(top, below[i] if seen[i] > 0.0 else 1e9)
     floor = lowest_tip_z(R, rules.hand, rules.support_z_m, rules.tip_margin_m)
     last_z = -1e9
     for depth in rules.depths_m:
         z = top + depth
-        below = floor - (0.5 * (left + right) * R[2, 0] + y * R[2, 1] + z * R[2, 2])
-        if below > 0.0:
+        missing = floor - (0.5 * (left + right) * R[2, 0] + y * R[2, 1] + z * R[2, 2])
+        if missing > 0.0:
             if R[2, 2] > -0.05:
                 break
-            z += below / R[2, 2]
+            z += missing / R[2, 2]
         if z < top + rules.min_depth_m or z < last_z + 0.004:
             break
         last_z = z
@@ -143,21 +148,29 @@ def _reach_into(strip, y, R, rules, out, n):
     return n
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath={"nnan", "nsz"})
+def span(values):
+    """Return the least and the greatest value; 1e9 and -1e9 for none."""
+    low, high = 1e9, -1e9
+    for v in values:
+        low, high = min(low, v), max(high, v)
+    return low, high
+
+
+@njit(cache=True, fastmath={"nnan", "nsz"})
 def _within(strip, z, x_low, x_high, pad_z):
     """Measure the points behind the fingertips in a range of x.
 
     Returns their least and largest x, how many seen ones are between the pads, and how many were felt.
     """
+    xs, zs, seen, within_pads = strip
     low, high, count, felt = 1e9, -1e9, 0, 0
-    for i in range(len(strip)):
-        x = strip[i, 0]
-        if strip[i, 1] > z or x < x_low or x > x_high:
-            continue
-        low, high = min(low, x), max(high, x)
-        felt += strip[i, 2] < 0.0
-        if strip[i, 2] * strip[i, 3] > 0.0 and strip[i, 1] > z - pad_z:
-            count += 1
+    for i in range(len(xs)):
+        x = xs[i]
+        inside = (zs[i] <= z) & (x >= x_low) & (x <= x_high)
+        low, high = min(low, x if inside else 1e9), max(high, x if inside else -1e9)
+        felt += inside & (seen[i] < 0.0)
+        count += inside & (seen[i] * within_pads[i] > 0.0) & (zs[i] > z - pad_z)
     return low, high, count, felt
 
 
@@ -169,9 +182,10 @@ def _parts(strip, low, high, y, z, R, rules, out, n):
     """
     bins = int((high - low) / _BIN_M) + 1
     filled = np.zeros(bins + 1, dtype=np.bool_)
-    for i in range(len(strip)):
-        if strip[i, 1] <= z:
-            filled[int((strip[i, 0] - low) / _BIN_M)] = True
+    x, below, _, _ = strip
+    for i in range(len(x)):
+        if below[i] <= z:
+            filled[int((x[i] - low) / _BIN_M)] = True
     gap = int(np.ceil(rules.gap_m / _BIN_M))
     start = last = 0
     # The extra bin at the end closes the last part.
