@@ -6,11 +6,11 @@ The file is an `.npz` without pickled objects, so that a model from anyone can b
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 from zipfile import BadZipFile
 
 import numpy as np
-from jaxtyping import Bool, Float, Float32, Int32
+from jaxtyping import Bool, Float, Float32, Int32, UInt32
 from numba import njit
 
 from torc.errors import InputError
@@ -18,10 +18,23 @@ from torc.geometry.transforms import kernel_array
 
 MODEL_VERSION = 1
 _LEAF = -1
-_NODE = np.dtype(
-    [("threshold", "f4"), ("left", "i4"), ("right", "i4"), ("feature", "i2"), ("missing_left", "?")],
-    align=True,
-)
+
+
+class _Nodes(NamedTuple):
+    """The nodes as the kernel walks them, level by level, so that both children of a node lie side by side.
+
+    child: the left one, and the right one follows; a leaf's is itself, and nothing is above its threshold.
+    missing_right: 1 where NaN goes right.
+    levels: steps from a root to the farthest leaf.
+    """
+
+    threshold: Float32[np.ndarray, "n"]
+    feature: UInt32[np.ndarray, "n"]
+    child: UInt32[np.ndarray, "n"]
+    missing_right: UInt32[np.ndarray, "n"]
+    value: Float[np.ndarray, "n"]
+    roots: UInt32[np.ndarray, "t"]
+    levels: int
 
 
 @dataclass(frozen=True)
@@ -72,30 +85,35 @@ class TreeModel:
 
     def score(self, features: Float32[np.ndarray, "n f"]) -> Float[np.ndarray, "n"]:
         """Return the calibrated probability per row."""
-        x = kernel_array(features, np.float32)
-        raw = _log_odds(x, self._nodes, self._levels, self.value, self.roots, self.baseline)
+        columns = kernel_array(np.transpose(features), np.float32)
+        raw = _log_odds(columns, self._nodes, self.baseline)
         return np.interp(1.0 / (1.0 + np.exp(-raw)), self.knots_p, self.knots_held)
 
     @cached_property
-    def _nodes(self) -> np.ndarray:
-        """The nodes as the kernel walks them: side by side in memory, and a leaf's children are itself."""
-        leaf, itself = self.feature == _LEAF, np.arange(len(self.feature))
-        nodes = np.zeros(len(leaf), _NODE)
-        nodes["threshold"] = _rounded_down(self.threshold)
-        nodes["left"] = np.where(leaf, itself, self.left)
-        nodes["right"] = np.where(leaf, itself, self.right)
-        nodes["feature"] = np.where(leaf, 0, self.feature)
-        nodes["missing_left"] = self.missing_left
-        return nodes
-
-    @cached_property
-    def _levels(self) -> int:
-        """Steps from a root to the farthest leaf."""
-        reached, levels = np.unique(self.roots), 0
-        while np.any(inner := self.feature[reached] != _LEAF):
-            reached = np.unique([self.left[reached[inner]], self.right[reached[inner]]])
-            levels += 1
-        return levels
+    def _nodes(self) -> _Nodes:
+        """The nodes for the kernel."""
+        levels, children, count = [self.roots.astype(np.int64)], [], len(self.roots)
+        while True:
+            ids = levels[-1]
+            inner = self.feature[ids] != _LEAF
+            child = count - len(ids) + np.arange(len(ids))
+            child[inner] = count + 2 * np.arange(np.count_nonzero(inner))
+            children.append(child)
+            if not inner.any():
+                break
+            levels.append(np.stack([self.left[ids[inner]], self.right[ids[inner]]], axis=1).ravel())
+            count += len(levels[-1])
+        order = np.concatenate(levels)
+        leaf = self.feature[order] == _LEAF
+        return _Nodes(
+            threshold=np.where(leaf, np.float32(np.inf), _rounded_down(self.threshold[order])),
+            feature=np.where(leaf, 0, self.feature[order]).astype(np.uint32),
+            child=np.concatenate(children).astype(np.uint32),
+            missing_right=(~leaf & ~self.missing_left[order]).astype(np.uint32),
+            value=self.value[order],
+            roots=np.arange(len(self.roots), dtype=np.uint32),
+            levels=len(levels) - 1,
+        )
 
 
 def _rounded_down(threshold: Float[np.ndarray, "n"]) -> Float32[np.ndarray, "n"]:
@@ -106,24 +124,24 @@ def _rounded_down(threshold: Float[np.ndarray, "n"]) -> Float32[np.ndarray, "n"]
 
 
 @njit(cache=True, nogil=True)
-def _log_odds(features, nodes, levels, value, roots, baseline):
-    """Return, per row, the baseline plus the leaf values of all trees.
+def _log_odds(columns, nodes, baseline):
+    """Return, per row of a table given by its columns, the baseline plus the leaf values of all trees.
 
-    All rows walk a tree side by side, for as many steps as the deepest tree has: no step waits for the one before, and
-    no branch is mispredicted, which is 2.5 times as fast as one row after the other.
+    All rows walk a tree side by side, for as many steps as the deepest tree has: no step waits for the one before, no
+    branch is mispredicted, and the steps of several rows become one vector instruction.
     """
-    out = np.full(len(features), baseline)
-    at = np.empty(len(features), np.int32)
-    for root in roots:
+    threshold, feature, child, missing_right = nodes.threshold, nodes.feature, nodes.child, nodes.missing_right
+    n = columns.shape[1]
+    out, at = np.full(n, baseline), np.empty(n, np.uint32)
+    for root in nodes.roots:
         at[:] = root
-        for _ in range(levels):
-            for i in range(len(features)):
-                node = nodes[at[i]]
-                x = features[i, node["feature"]]
-                left = (x <= node["threshold"]) | ((x != x) & node["missing_left"])
-                at[i] = node["left"] if left else node["right"]
-        for i in range(len(features)):
-            out[i] += value[at[i]]
+        for _ in range(nodes.levels):
+            for i in range(n):
+                k = at[i]
+                x = columns[feature[k], i]
+                at[i] = child[k] + np.uint32(x > threshold[k]) + np.uint32(x != x) * missing_right[k]
+        for i in range(n):
+            out[i] += nodes.value[at[i]]
     return out
 
 
