@@ -84,10 +84,11 @@ def _drawn_frames(total: int, first: int, limit: int, rng: np.random.Generator) 
 def _slices(points, visible, felt, closings, approaches, phases, most_slices, rules, out):
     """Write candidates to `out` (rotations, tips, widths); return how many."""
     R, total = np.empty((3, 3)), len(points)
-    # Coordinate by coordinate, and without branches: vector instructions.
+    # Coordinate by coordinate: vector instructions.
     px, py, pz = points[:, 0].copy(), points[:, 1].copy(), points[:, 2].copy()
-    x, y, z = np.empty(total), np.empty(total), np.empty(total)
-    strip = np.empty(total + 1), np.empty(total + 1), np.empty(total + 1), np.empty(total + 1)
+    x, y, z, kind = np.empty(total), np.empty(total), np.empty(total), np.zeros(total)
+    kind[:visible], kind[visible : visible + felt] = 1.0, -1.0
+    xs, zs, seen, within_pads = np.empty(total), np.empty(total), np.empty(total), np.empty(total)
     n = 0
     for f in range(len(closings)):
         make_rotation(closings[f], approaches[f], R)
@@ -106,11 +107,11 @@ def _slices(points, visible, felt, closings, approaches, phases, most_slices, ru
             count = 0
             for i in range(total):
                 side = abs(y[i] - middle)
-                strip[0][count], strip[1][count] = x[i], z[i]
-                strip[2][count] = 1.0 if i < visible else (-1.0 if i < visible + felt else 0.0)
-                strip[3][count] = 1.0 if side < rules.hand.pad_y else 0.0
-                count += side < rules.hand.finger_y
-            some = strip[0][:count], strip[1][:count], strip[2][:count], strip[3][:count]
+                if side < rules.hand.finger_y:
+                    xs[count], zs[count], seen[count] = x[i], z[i], kind[i]
+                    within_pads[count] = 1.0 if side < rules.hand.pad_y else 0.0
+                    count += 1
+            some = xs[:count], zs[:count], seen[:count], within_pads[:count]
             n = _reach_into(some, middle, R, rules, out, n)
     return n
 
