@@ -12,8 +12,9 @@ from collections.abc import Callable
 import numpy as np
 
 from tests.helpers.reaching import reaching_qpos
-from torc.collision.collision_world import CollisionWorld, build_collision_world, distance_field
+from torc.collision.collision_world import CollisionWorld, build_collision_world
 from torc.collision.contacts import blockers, collides, robot_arrays
+from torc.collision.distances import distance_field
 from torc.motion.config import MotionConfig
 from torc.motion.mover import Mover
 from torc.robots.description import RobotDescription

@@ -11,7 +11,6 @@ from torc.collision.collision_world import (
     UNKNOWN,
     CollisionConfig,
     build_collision_world,
-    distance_field,
 )
 from torc.collision.contacts import blockers, carved, collides
 from torc.errors import InputError
@@ -76,20 +75,3 @@ def test_carving_frees_the_place_where_the_robot_is_and_only_there(world, robot,
 def test_edge_step_must_be_positive():
     with pytest.raises(InputError, match="edge_step_m"):
         CollisionConfig(edge_step_m=0.0)
-
-
-@pytest.mark.parametrize(
-    ("shape", "share"), [((9, 7, 11), 0.05), ((20, 3, 6), 0.01), ((5, 5, 5), 0.6), ((1, 8, 1), 0.2)]
-)
-def test_distances_are_those_to_the_nearest_occupied_voxel(shape, share):
-    rng = np.random.default_rng(7)
-    occupied = rng.random(shape) < share
-    occupied[tuple(rng.integers(shape))] = True
-    cells = np.argwhere(occupied)
-    every = np.argwhere(np.ones(shape, dtype=bool))
-    nearest = np.linalg.norm(every[:, None] - cells[None], axis=2).min(axis=1).reshape(shape)
-    np.testing.assert_allclose(distance_field(occupied, 0.02), 0.02 * nearest, rtol=1e-6)
-
-
-def test_nothing_is_near_in_an_empty_grid():
-    assert distance_field(np.zeros((4, 5, 6), dtype=bool), 0.01).min() > 100

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float, Float32, UInt8, UInt64
-from scipy.ndimage import distance_transform_edt
 
+from torc.collision.distances import distance_field
 from torc.collision.obstacles import sum_up_blocks
 from torc.errors import InputError
 from torc.geometry.transforms import kernel_array
@@ -51,7 +51,6 @@ class CollisionConfig:
 
 FREE, SURFACE, UNKNOWN = 0, 1, 2
 """Kinds of voxels."""
-_FAR_M = 1000.0
 
 
 @dataclass(frozen=True)
@@ -118,15 +117,6 @@ def world_from_voxels(
     distance = distance_field(kind != FREE, grid.voxel_size_m)
     block_kind, block_bits = sum_up_blocks(kind, bits)
     return CollisionWorld(grid, kind, bits, distance, boxes, box_names, config, block_kind, block_bits)
-
-
-def distance_field(
-    occupied: Bool[np.ndarray, "nx ny nz"], voxel_size_m: float
-) -> Float32[np.ndarray, "nx ny nz"]:
-    """Return metres from each voxel's centre to the nearest occupied voxel's centre; > 100 if there is none."""
-    if not occupied.any():
-        return np.full(occupied.shape, _FAR_M, dtype=np.float32)
-    return np.asarray(distance_transform_edt(~occupied) * voxel_size_m, dtype=np.float32)
 
 
 def _classify(

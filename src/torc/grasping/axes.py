@@ -1,9 +1,12 @@
 """Choose directions to try: approaches within a cone about forward, and closing axes taken from the data."""
 
+from functools import lru_cache
+
 import numpy as np
 from jaxtyping import Float
 from numba import njit
 
+from torc.geometry.transforms import kernel_array
 from torc.grasping.config import CandidateConfig
 
 _CLUSTER_COS = np.cos(np.deg2rad(20.0))
@@ -15,9 +18,16 @@ _STEEP = 0.35
 
 def approach_directions(forward: Float[np.ndarray, "3"], config: CandidateConfig) -> Float[np.ndarray, "a 3"]:
     """Return straight down, and every tilt with every yaw about the vertical from `forward` (unit vectors)."""
+    return _directions(tuple(forward.tolist()), config.tilts_rad, config.yaws_rad)
+
+
+@lru_cache(maxsize=16)
+def _directions(
+    forward: tuple[float, ...], tilts_rad: tuple[float, ...], yaws_rad: tuple[float, ...]
+) -> Float[np.ndarray, "a 3"]:
     out = [np.array([0.0, 0.0, -1.0])]
-    for tilt in config.tilts_rad:
-        for yaw in config.yaws_rad:
+    for tilt in tilts_rad:
+        for yaw in yaws_rad:
             c, s = np.cos(yaw), np.sin(yaw)
             flat = np.array([c * forward[0] - s * forward[1], s * forward[0] + c * forward[1], 0.0])
             out.append(np.sin(tilt) * flat + np.array([0.0, 0.0, -np.cos(tilt)]))
@@ -27,22 +37,45 @@ def approach_directions(forward: Float[np.ndarray, "3"], config: CandidateConfig
 def normal_clusters(normals: Float[np.ndarray, "n 3"], limit: int) -> Float[np.ndarray, "k 3"]:
     """Return mean directions (without sign) of groups of similar surface normals, the largest group first.
 
-    Greedy: the normal with most others within 20 degrees takes them all, and so on.
+    Greedy: the normal with most others within 20 degrees takes them all, and so on, `limit` times at most.
     """
-    rest = normals[np.einsum("ij,ij->i", normals, normals) > 0.5]
-    fewest = max(3.0, _MIN_CLUSTER_SHARE * len(rest))
-    step = max(1, len(rest) // 60)
-    out: list[np.ndarray] = []
-    while len(out) < limit and len(rest) >= fewest:
-        cosines = rest[::step] @ rest.T
-        best = int(np.argmax((np.abs(cosines) > _CLUSTER_COS).sum(axis=1)))
-        member = np.abs(cosines[best]) > _CLUSTER_COS
-        if member.sum() < fewest:
+    return np.array([m / np.linalg.norm(m) for m in _cluster_means(kernel_array(normals), limit)]).reshape(
+        -1, 3
+    )
+
+
+@njit(cache=True, nogil=True)
+def _cluster_means(normals, limit):
+    rest, n = np.empty((len(normals), 3)), 0
+    for i in range(len(normals)):
+        if normals[i, 0] ** 2 + normals[i, 1] ** 2 + normals[i, 2] ** 2 > 0.5:
+            rest[n] = normals[i]
+            n += 1
+    fewest, step = max(3.0, _MIN_CLUSTER_SHARE * n), max(1, n // 60)
+    out, found = np.empty((limit, 3)), 0
+    while found < limit and n >= fewest:
+        best, most = 0, -1
+        for i in range(0, n, step):
+            count = 0
+            for j in range(n):
+                cosine = rest[i, 0] * rest[j, 0] + rest[i, 1] * rest[j, 1] + rest[i, 2] * rest[j, 2]
+                count += abs(cosine) > _CLUSTER_COS
+            if count > most:
+                best, most = i, count
+        if most < fewest:
             break
-        mean = (rest[member] * np.sign(cosines[best][member])[:, None]).mean(axis=0)
-        out.append(mean / np.linalg.norm(mean))
-        rest = rest[~member]
-    return np.array(out).reshape(-1, 3)
+        x, y, z = rest[best, 0], rest[best, 1], rest[best, 2]
+        mean, kept = np.zeros(3), 0
+        for j in range(n):
+            cosine = x * rest[j, 0] + y * rest[j, 1] + z * rest[j, 2]
+            if abs(cosine) > _CLUSTER_COS:
+                mean += rest[j] * np.sign(cosine)
+            else:
+                rest[kept] = rest[j]
+                kept += 1
+        out[found] = mean / most
+        found, n = found + 1, kept
+    return out[:found]
 
 
 def grasp_frames(

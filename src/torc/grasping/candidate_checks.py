@@ -10,7 +10,7 @@ from dataclasses import dataclass, fields
 from enum import IntEnum
 
 import numpy as np
-from jaxtyping import Bool, Float, Int32, UInt8, UInt64
+from jaxtyping import Bool, Int32, UInt8, UInt64
 from numba import njit
 
 from torc.grasping.cells import PointCells, frame_of
@@ -124,7 +124,11 @@ def _move(frame, regions, shift_z, bottom, top, points, moved, inside):
     x, y, z = moved
     for i in range(len(px)):
         dx, dy, dz = px[i] - ox, py[i] - oy, pz[i] - oz
-        u, v, w = abs(ax * dx + ay * dy + az * dz), abs(bx * dx + by * dy + bz * dz), cx * dx + cy * dy + cz * dz
+        u, v, w = (
+            abs(ax * dx + ay * dy + az * dz),
+            abs(bx * dx + by * dy + bz * dz),
+            cx * dx + cy * dy + cz * dz,
+        )
         x[i], y[i], z[i] = u, v, w
         slim, wide = (u <= slim_x) & (v <= slim_y), (u <= wide_x) & (v <= wide_y) & (w <= wide_z)
         inside[i] = (slim | wide) & (w >= bottom) & (w <= top)
@@ -259,7 +263,5 @@ def _check_all(Rs, tips, widths, own, own_id, cells, hand, box, support_z_m, lim
         fault[n] = _own_fault(moved, own_inside, width, shift_z, hand, limits)
         if fault[n] == 0:
             _move(frame, other_regions, shift_z, bottom, top, others, moved, other_inside)
-            blockers[n], foreign[n] = _count_foreign(
-                moved, other_inside, tags, width, shift_z, hand, limits
-            )
+            blockers[n], foreign[n] = _count_foreign(moved, other_inside, tags, width, shift_z, hand, limits)
     return fault, blockers, foreign

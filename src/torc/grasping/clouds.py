@@ -139,7 +139,7 @@ def _roughness(points, normals, near, samples):
 def scene_cells(scene: SegmentedScene, config: CloudConfig) -> PointCells:
     """Return the thinned-out points of all objects of a scene, grouped and tagged with their ids."""
     size_m, seen = config.neighbour_voxel_m, [o for o in scene.objects if len(o.points)]
-    return _group_all([(o.id, thin_out(o.points, o.normals, size_m)[0]) for o in seen], config)
+    return _group_all(each(lambda o: (o.id, thin_out(o.points, o.normals, size_m)[0]), seen), config)
 
 
 def forward_direction(T_world_camera: Float[np.ndarray, "4 4"]) -> Float[np.ndarray, "3"]:

@@ -130,7 +130,12 @@ def _log_odds(columns, nodes, baseline):
     All rows walk a tree side by side, for as many steps as the deepest tree has: no step waits for the one before, no
     branch is mispredicted, and the steps of several rows become one vector instruction.
     """
-    threshold, feature, child, missing_right = nodes.threshold, nodes.feature, nodes.child, nodes.missing_right
+    threshold, feature, child, missing_right = (
+        nodes.threshold,
+        nodes.feature,
+        nodes.child,
+        nodes.missing_right,
+    )
     n = columns.shape[1]
     out, at = np.full(n, baseline), np.empty(n, np.uint32)
     for root in nodes.roots:

@@ -60,7 +60,7 @@ def without_lines(
         for k, ranked in waiting.items():
             some = ranked[: missing[k]]
             waiting[k] = ranked[len(some) :]
-            missing[k] -= np.count_nonzero(~out[some])
+            missing[k] -= int(np.count_nonzero(~out[some]))
     return out
 
 

@@ -37,13 +37,13 @@ def propose_boxes(given: GeneratorInput, rng: np.random.Generator) -> RawCandida
             # Shift along y; the surface is half a box away along the approach.
             reach = abs(along @ approach) * half[other] + abs(approach[2]) * half[2]
             extent_y = abs(along @ R[:, 1]) * half[other] + abs(R[2, 1]) * half[2]
-            for depth in config.depths_m:
-                for shift in _SHIFTS:
-                    Rs.append(R)
-                    tips.append(center + shift * 2 * extent_y * R[:, 1] + (depth - reach) * approach)
+            shifts = center + np.array(_SHIFTS)[:, None] * 2 * extent_y * R[:, 1]
+            tips.append(shifts + (np.array(config.depths_m)[:, None, None] - reach) * approach)
+            Rs.append(R)
     if not Rs:
         return NO_CANDIDATES
-    raw = RawCandidates(np.array(Rs), np.array(tips), np.zeros(len(Rs)))
+    each = len(config.depths_m) * len(_SHIFTS)
+    raw = RawCandidates(np.repeat(Rs, each, axis=0), np.reshape(tips, (-1, 3)), np.zeros(each * len(Rs)))
     return settled(drawn(raw, config.max_raw, rng), given)
 
 
