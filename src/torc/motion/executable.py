@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Bool, Float, UInt8
+from jaxtyping import Bool, Float, Int, UInt8
 
 from torc.collision.collision_world import CollisionWorld
 from torc.collision.contacts import with_attached, world_arrays
@@ -17,12 +17,12 @@ from torc.geometry.transforms import invert, kernel_array
 from torc.grasping.validity import tool0_targets
 from torc.motion.config import MotionConfig
 from torc.motion.holding import Held, held_where_it_lies
-from torc.motion.line_kernels import NO_WAY, UNSURE, WAY, ways
+from torc.motion.line_kernels import NO_WAY, NOT_FOLLOWED, UNSURE, LineGrasps, all_ways, first_ways
 from torc.motion.mover import Mover
 from torc.parallel import by_rows
 from torc.records import GraspReport, GraspSet, GraspStatus, OcclusionVolume, SegmentedScene
 from torc.robots.description import RobotDescription
-from torc.robots.ik import IkSolutions, solve_ik
+from torc.robots.ik import solve_ik
 
 
 def without_lines(
@@ -49,18 +49,11 @@ def without_lines(
         most: grasps with straight ways that are enough for an object; None to follow all.
     """
     out = np.zeros(len(grasps), dtype=bool)
-    search = _Search(grasps, report, scene, volume, world, Mover(robot, config), support_z_m)
-    waiting = {}
-    for k in report.object_ids:
-        ranked = grasps.of(k)
-        waiting[k] = ranked[report.status[ranked] == GraspStatus.VALID]
-    missing = dict.fromkeys(waiting, len(grasps) if most is None else most)
-    while len(index := np.concatenate([np.zeros(0, int), *(w[: missing[k]] for k, w in waiting.items())])):
-        out[index] = ~search.have_ways(index)
-        for k, ranked in waiting.items():
-            some = ranked[: missing[k]]
-            waiting[k] = ranked[len(some) :]
-            missing[k] -= int(np.count_nonzero(~out[some]))
+    ranked = [k[report.status[k] == GraspStatus.VALID] for k in map(grasps.of, report.object_ids)]
+    order = np.concatenate([np.zeros(0, dtype=np.int64), *ranked])
+    ends = np.cumsum([0, *map(len, ranked)])
+    search = _Search(grasps, report, order, scene, volume, world, Mover(robot, config), support_z_m)
+    out[order] = search.ways(ends, len(order) if most is None else most) == NO_WAY
     return out
 
 
@@ -69,82 +62,75 @@ _ROOM_M = 0.03
 
 @dataclass(frozen=True)
 class _Search:
-    """Looks for straight ways of grasps; see `without_lines`."""
+    """Looks for straight ways of the grasps `order`; see `without_lines`."""
 
-    grasps: GraspSet
+    all: GraspSet
     report: GraspReport
+    order: np.ndarray
     scene: SegmentedScene
     volume: OcclusionVolume
     world: CollisionWorld
     mover: Mover
     support_z_m: float
-    _held: dict[int, Held] = field(default_factory=dict)
-    _bounds: dict[int, Float[np.ndarray, "4"]] = field(default_factory=dict)
+    held: dict[int, Held] = field(default_factory=dict)
+    """The objects as they would be held, world frame, as far as they were asked for."""
+
+    def ways(self, ends: Int[np.ndarray, "k1"], most: int) -> UInt8[np.ndarray, "m"]:
+        """Return what is known of each grasp's ways; object k's grasps are those from ends[k] to ends[k + 1]."""
+        found = np.full(len(self.order), NOT_FOLLOWED, dtype=np.uint8)
+        if len(found) == 0:
+            return found
+        arm, grasps = self.mover.arm, self.grasps
+        fixed = self.mover.line_rules(), self.mover.arrays
+        world = world_arrays(self.world)
+        # Most can be carried out from their configuration in the report; the others' solutions are not kept.
+        by_rows(first_ways, (ends[:-1], ends[1:]), most, grasps, *fixed, world, found, least=1)
+        rest = np.flatnonzero((found == NO_WAY) | (found == UNSURE))
+        solutions = solve_ik(arm, self.tool0[rest])
+        some = np.zeros(len(rest), dtype=np.uint8)
+        columns = rest, kernel_array(solutions.qpos), solutions.count, some
+        by_rows(all_ways, columns, False, grasps, *fixed, fixed[1], world, least=1)
+        for n in np.flatnonzero(some == UNSURE).tolist():
+            holding = self._holding(int(rest[n]))
+            by_rows(all_ways, [c[n : n + 1] for c in columns], True, grasps, *fixed, holding, world)
+        found[rest] = some
+        return found
 
     @cached_property
-    def tool0(self) -> Float[np.ndarray, "n 4 4"]:
+    def tool0(self) -> Float[np.ndarray, "m 4 4"]:
         """The flange at each grasp."""
-        return tool0_targets(self.grasps, self.mover.robot.gripper)
+        return tool0_targets(self.all, self.mover.robot.gripper)[self.order]
 
-    def have_ways(self, index: np.ndarray) -> Bool[np.ndarray, "m"]:
-        """Check which of some grasps have straight ways."""
-        m = len(index)
-        # Most can be carried out from their configuration in the report; the others' solutions are not kept.
-        found = self._ways(index, IkSolutions(np.zeros((m, 0, self.mover.arm.dof)), np.zeros(m, np.int64)))
-        if len(rest := np.flatnonzero(found != WAY)):
-            solutions = solve_ik(self.mover.arm, self.tool0[index[rest]])
-            found[rest] = self._ways(index[rest], solutions)
-            for k in rest[found[rest] == UNSURE].tolist():
-                own = slice(k, k + 1)
-                some = np.flatnonzero(rest == k)
-                found[own] = self._ways(
-                    index[own], IkSolutions(solutions.qpos[some], solutions.count[some]), exact=True
-                )
-        return found != NO_WAY
-
-    def _ways(self, index: np.ndarray, solutions: IkSolutions, exact: bool = False) -> UInt8[np.ndarray, "m"]:
-        """Return NO_WAY, WAY or UNSURE for some grasps; if `exact`, for a single one, with its object in the hand."""
-        grasps, mover, out = self.grasps, self.mover, np.zeros(len(index), np.uint8)
-        ids = grasps.object_ids[index]
-        rows = (
-            kernel_array(self.report.qpos[index]),
-            kernel_array(solutions.qpos),
-            solutions.count,
-            kernel_array(self.tool0[index][:, :3]),
-            kernel_array(-grasps.Ts_world_tcp[index][:, :3, 2]),
-            np.uint64(1) << ids.astype(np.uint64),
-            kernel_array(np.clip(grasps.widths_m[index], 0.0, mover.robot.gripper.max_width_m)),
-            np.array([self.bounding_sphere(k) for k in ids.tolist()]),
-            out,
+    @cached_property
+    def grasps(self) -> LineGrasps:
+        """The grasps for kernels."""
+        index, ids = self.order, self.all.object_ids[self.order]
+        widths_m = np.clip(self.all.widths_m[index], 0.0, self.mover.robot.gripper.max_width_m)
+        bounds = {k: _bounding_sphere(self.scene.object(k).points) for k in np.unique(ids).tolist()}
+        return LineGrasps(
+            qpos=kernel_array(self.report.qpos[index]),
+            Ts=kernel_array(self.tool0[:, :3]),
+            backward=kernel_array(-self.all.Ts_world_tcp[index][:, :3, 2]),
+            own=np.uint64(1) << ids.astype(np.uint64),
+            widths=kernel_array(widths_m),
+            bounds=np.array([bounds[k] for k in ids.tolist()]),
         )
-        holding = self._holding(int(index[0])) if exact else mover.arrays
-        world = world_arrays(self.world)
-        by_rows(ways, rows, exact, mover.line_rules(), mover.arrays, holding, world, least=2)
-        return out
 
-    def _holding(self, grasp: int) -> RobotArrays:
+    def _holding(self, n: int) -> RobotArrays:
         """Return the robot with what is seen of a grasp's object in its hand."""
-        held = self.held(int(self.grasps.object_ids[grasp])).moved(invert(self.tool0[grasp]))
+        object_id = int(self.all.object_ids[self.order[n]])
+        if object_id not in self.held:
+            o, camera = (
+                self.scene.object(object_id),
+                self.scene.observation.T_world_camera[:3, 3].astype(float),
+            )
+            most = self.mover.config.attached_spheres
+            self.held[object_id] = held_where_it_lies(o, camera, self.volume, self.support_z_m, most)
+        held = self.held[object_id].moved(invert(self.tool0[n]))
         return with_attached(self.mover.arrays, held.seen)
 
-    def held(self, object_id: int) -> Held:
-        """Return an object as it would be held, world frame, where it is now."""
-        if object_id not in self._held:
-            camera = self.scene.observation.T_world_camera[:3, 3].astype(float)
-            self._held[object_id] = held_where_it_lies(
-                self.scene.object(object_id),
-                camera,
-                self.volume,
-                self.support_z_m,
-                self.mover.config.attached_spheres,
-            )
-        return self._held[object_id]
 
-    def bounding_sphere(self, object_id: int) -> Float[np.ndarray, "4"]:
-        """Return a sphere around an object, with room for the spheres that stand for it when it is held."""
-        if object_id not in self._bounds:
-            points = self.scene.object(object_id).points
-            middle = 0.5 * (points.min(axis=0) + points.max(axis=0)).astype(float)
-            radius = np.linalg.norm(points - middle, axis=1).max() + _ROOM_M
-            self._bounds[object_id] = np.append(middle, radius)
-        return self._bounds[object_id]
+def _bounding_sphere(points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "4"]:
+    """Return a sphere around an object, with room for the spheres that stand for it when it is held."""
+    middle = 0.5 * (points.min(axis=0) + points.max(axis=0)).astype(float)
+    return np.append(middle, np.linalg.norm(points - middle, axis=1).max() + _ROOM_M)

@@ -12,7 +12,7 @@ from torc.robots.kinematics import forward, jacobian, pose_error
 
 _TOLERANCE = 1e-5
 """Metres and radians, per axis."""
-NO_WAY, WAY, UNSURE = 0, 1, 2
+NO_WAY, WAY, UNSURE, NOT_FOLLOWED = 0, 1, 2, 3
 """Whether a grasp has straight ways; unsure if it depends on the shape of what is held."""
 
 
@@ -38,6 +38,24 @@ class LineRules(NamedTuple):
     max_step_rad: float
     branches: int
     opening_m: float
+
+
+class LineGrasps(NamedTuple):
+    """Grasps whose ways are looked for, those of an object side by side, the best first.
+
+    Attributes:
+        qpos: the configuration reported for each.
+        Ts, backward: pose of the flange at the grasp, and the direction against the approach; world frame.
+        own, widths: bit of the object, and opening around it.
+        bounds: sphere around the object.
+    """
+
+    qpos: np.ndarray
+    Ts: np.ndarray
+    backward: np.ndarray
+    own: np.ndarray
+    widths: np.ndarray
+    bounds: np.ndarray
 
 
 @njit(cache=True)
@@ -142,40 +160,79 @@ def _approach(q, T, backward, own, rules, robot, world, path, scratch):
     return False
 
 
+@njit(cache=True)
+def _way(g, q, grasps, exact, rules, robot, holding, world, lift, approach, scratches):
+    """Say whether grasp g has straight ways from configuration q, which touches nothing."""
+    found = _lift(
+        q,
+        grasps.Ts[g],
+        grasps.widths[g],
+        grasps.bounds[g],
+        exact,
+        rules,
+        robot,
+        holding,
+        world,
+        lift,
+        scratches,
+    )
+    if found != NO_WAY and _approach(
+        q, grasps.Ts[g], grasps.backward[g], grasps.own[g], rules, robot, world, approach, scratches[0]
+    ):
+        return found
+    return NO_WAY
+
+
+@njit(cache=True)
+def _is_free(g, q, grasps, rules, robot, world, scratch):
+    """Check whether configuration q of grasp g touches nothing."""
+    bits, flags = contacts_at(q, rules.opening_m, grasps.own[g], robot, world, True, True, scratch)
+    return bits == 0 and flags == 0
+
+
 @njit(cache=True, nogil=True)
-def ways(
-    reported, solutions, counts, Ts, backward, own, widths, bounds, out, exact, rules, robot, holding, world
-):
-    """Write, per grasp, whether some inverse-kinematics solution has a straight approach and a straight lift.
+def first_ways(first, last, most, grasps, rules, robot, world, out):
+    """Follow the ways of some objects' grasps, those from first[k] to last[k], until `most` of an object have both.
+
+    From their reported configuration alone. Writes WAY, UNSURE or NO_WAY to `out`, nothing for the others.
+    """
+    dof = grasps.qpos.shape[1]
+    lift, approach = np.empty((rules.lift, dof)), np.empty((rules.back_offs[-1], dof))
+    scratches = scratch_for(robot), scratch_for(robot)
+    for k in range(len(first)):
+        found = 0
+        for g in range(first[k], last[k]):
+            if found == most:
+                break
+            q, out[g] = grasps.qpos[g], NO_WAY
+            if _is_free(g, q, grasps, rules, robot, world, scratches[0]):
+                out[g] = _way(g, q, grasps, False, rules, robot, robot, world, lift, approach, scratches)
+                found += out[g] == WAY
+
+
+@njit(cache=True, nogil=True)
+def all_ways(index, solutions, counts, found, exact, grasps, rules, robot, holding, world):
+    """Say of some grasps whether any of their inverse-kinematics solutions has straight ways.
 
     Args:
-        reported, solutions, counts: configurations tried, in this order, of those the first `counts`.
-        Ts, backward: pose of the flange at the grasp, and the direction against the approach.
-        own, widths: bit of the object, and opening around it.
-        bounds: sphere around the object; used to say that it is off the robot, unless `exact`.
-        out: NO_WAY, WAY or UNSURE.
-        holding: the robot with the object in its hand, as spheres, if `exact`.
+        index: which grasps.
+        solutions, counts: of each, its solutions; the reported one is tried first.
+        found: NO_WAY, WAY or UNSURE.
+        exact: the object in the hand is the spheres of `holding`; else its bounding sphere, which makes it UNSURE.
     """
-    dof = reported.shape[1]
+    dof = grasps.qpos.shape[1]
     lift, approach = np.empty((rules.lift, dof)), np.empty((rules.back_offs[-1], dof))
     scratches = scratch_for(robot), scratch_for(holding)
-    for g in range(len(reported)):
-        tried = 0
-        out[g] = NO_WAY
-        for s in range(-1, counts[g]):
-            q = reported[g] if s < 0 else solutions[g, s]
-            bits, flags = contacts_at(q, rules.opening_m, own[g], robot, world, True, True, scratches[0])
-            if bits != 0 or flags != 0:
+    for n in range(len(index)):
+        g, tried = index[n], 0
+        found[n] = NO_WAY
+        for s in range(-1, counts[n]):
+            q = grasps.qpos[g] if s < 0 else solutions[n, s]
+            if not _is_free(g, q, grasps, rules, robot, world, scratches[0]):
                 continue
-            if tried == rules.branches:
+            if tried == rules.branches or found[n] == WAY:
                 break
             tried += 1
-            found = _lift(
-                q, Ts[g], widths[g], bounds[g], exact, rules, robot, holding, world, lift, scratches
-            )
-            if found == NO_WAY:
-                continue
-            if _approach(q, Ts[g], backward[g], own[g], rules, robot, world, approach, scratches[0]):
-                out[g] = found
-                if found == WAY:
-                    break
+            way = _way(g, q, grasps, exact, rules, robot, holding, world, lift, approach, scratches)
+            if way != NO_WAY:
+                found[n] = way

@@ -143,12 +143,13 @@ def solve_ik(
     count, parts = np.zeros(len(Ts), dtype=np.int64), []
     for i in range(0, len(Ts), CHUNK):
         some = Ts[i : i + CHUNK]
-        out = np.full((len(some), config.max_branches, arm.dof), np.nan)
+        out = np.empty((len(some), config.max_branches, arm.dof))
         by_rows(lambda T, found, n: solve(T, joints, found, n), (some, out, count[i : i + CHUNK]))
         parts.append(out[:, : max(1, int(count[i : i + CHUNK].max()))].copy())
     qpos = np.full((len(Ts), max([1, *[part.shape[1] for part in parts]]), arm.dof), np.nan)
     for i, part in zip(range(0, len(Ts), CHUNK), parts):
         qpos[i : i + CHUNK, : part.shape[1]] = part
+    qpos[np.arange(qpos.shape[1]) >= count[:, None]] = np.nan
     return IkSolutions(qpos, count)
 
 
