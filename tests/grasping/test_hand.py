@@ -93,17 +93,20 @@ def test_grouping_keeps_every_point_with_its_tag_and_bounds_each_cell(rng):
     assert np.array_equal(cells.tags, tags[cells.order])
     for c, (a, b) in enumerate(zip(cells.starts[:-1], cells.starts[1:])):
         assert b > a
-        assert np.all(np.linalg.norm(cells.points[a:b] - cells.centers[c], axis=1) <= cells.radii[c] + 1e-12)
+        assert np.all(
+            np.linalg.norm(cells.points[a:b] - cells.centers[:, c], axis=1) <= cells.radii[c] + 1e-12
+        )
 
 
 @pytest.mark.parametrize("n", [0, 1, 800])
 def test_gather_finds_exactly_the_points_in_the_box(rng, n):
     cells = group(rng.uniform(-0.2, 0.2, (n, 3)), np.zeros(n, dtype=np.int64), 0.04)
     R, tip = Rotation.from_euler("xyz", (0.3, -0.8, 2.0)).as_matrix(), np.array([0.03, -0.02, 0.05])
-    box = np.array([[-0.05, -0.02, -0.12], [0.05, 0.04, 0.01]])
+    box = (0.05, 0.03, -0.12, 0.01)
     local, index = np.empty((n, 3)), np.empty(n, dtype=np.int64)
     count = gather(R, tip, box, cells, local, index)
     expected = (cells.points - tip) @ R
-    inside = np.all((expected >= box[0]) & (expected <= box[1]), axis=1)
+    beside = (np.abs(expected[:, 0]) <= 0.05) & (np.abs(expected[:, 1]) <= 0.03)
+    inside = beside & (expected[:, 2] >= -0.12) & (expected[:, 2] <= 0.01)
     assert sorted(index[:count]) == np.flatnonzero(inside).tolist()
     assert np.allclose(local[:count], expected[index[:count]])

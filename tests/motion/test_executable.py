@@ -8,7 +8,7 @@ import pytest
 from tests.helpers.marks import long
 from torc.motion.config import CartesianConfig, MotionConfig
 from torc.motion.executable import without_lines
-from torc.motion.lines import LineContext, line_candidates, lines_exist
+from torc.motion.lines import line_candidates
 from torc.motion.mover import Mover
 from torc.motion.protocol import NoMotionError, PickRequest
 from torc.motion.sampling_planner import SamplingMotionPlanner
@@ -16,7 +16,7 @@ from torc.records import GraspStatus
 from torc.robots.kinematics import tool0_poses
 
 
-def asked(request: PickRequest, robot, workspace, config: MotionConfig) -> np.ndarray:
+def asked(request: PickRequest, robot, workspace, config: MotionConfig, most=None) -> np.ndarray:
     return without_lines(
         request.grasps,
         request.report,
@@ -26,6 +26,7 @@ def asked(request: PickRequest, robot, workspace, config: MotionConfig) -> np.nd
         robot,
         workspace.support_z_m,
         config,
+        most,
     )
 
 
@@ -63,50 +64,68 @@ def test_with_longer_lines_fewer_can_be_carried_out(request_for, robot, workspac
     assert short < found < valid
 
 
-def some(qpos: np.ndarray, one_in: int) -> np.ndarray:
-    """One configuration in so many, always the same."""
-    return np.floor(1e4 * np.abs(qpos).sum(axis=-1)) % one_in == 0
+def with_boxes(world, count: int, workspace):
+    """The world with small fixed boxes in the air, always the same."""
+    rng = np.random.default_rng(count)
+    center = workspace.table.center + rng.uniform([-0.3, -0.4, 0.1], [0.3, 0.4, 0.45], (count, 3))
+    boxes = np.hstack([center - 0.015, center + 0.015])
+    names = tuple(f"box {k}" for k in range(count))
+    return replace(world, boxes=np.vstack([world.boxes, boxes]), box_names=world.box_names + names)
 
 
 @pytest.mark.parametrize(
-    ("config", "one_in"),
+    ("config", "boxes"),
     [
-        pytest.param(CartesianConfig(limit_margin_rad=0.5), None, id="many-branches-in-vain"),
-        pytest.param(
-            CartesianConfig(limit_margin_rad=0.4, max_rounds=1, max_branches=1), None, id="few-tried"
-        ),
-        pytest.param(CartesianConfig(max_rounds=2, max_branches=5), 3, id="contacts-here-and-there"),
-        pytest.param(CartesianConfig(max_rounds=2, max_branches=5), 9, id="fewer-contacts"),
+        pytest.param(CartesianConfig(limit_margin_rad=0.5), 0, id="many-branches-in-vain"),
+        pytest.param(CartesianConfig(limit_margin_rad=0.4, max_rounds=1, max_branches=1), 0, id="few-tried"),
+        pytest.param(CartesianConfig(max_rounds=2, max_branches=5), 60, id="contacts-here-and-there"),
+        pytest.param(CartesianConfig(max_rounds=2, max_branches=5), 15, id="fewer-contacts"),
     ],
 )
-def test_lines_exist_where_candidates_are_found(request_for, robot, workspace, monkeypatch, config, one_in):
+def test_lines_exist_where_candidates_are_found(request_for, robot, workspace, config, boxes):
     """Also of grasps that are not valid, and where lines are hard to find."""
     planner, found = SamplingMotionPlanner(robot, workspace, MotionConfig(cartesian=config)), []
-    unknown = np.full(robot.arm.dof, np.nan)
-    if one_in:
-        contacts = LineContext.contacts
-
-        def more_contacts(self, qpos):
-            told = contacts(self, qpos)
-            return replace(told, static=told.static | ~some(qpos, 3))
-
-        monkeypatch.setattr(LineContext, "contacts", more_contacts)
-        monkeypatch.setattr(LineContext, "hits_fixed", lambda self, q: bool(some(q, 5 * one_in).any()))
-        monkeypatch.setattr(
-            LineContext, "hits_robot_when_held", lambda self, q: bool(some(q, 4 * one_in + 1).any())
-        )
     for seed in range(3):
         request = request_for(seed)[0]
-        for grasp in range(0, len(request.grasps), 5):
-            own = replace(request, object_id=int(request.grasps.object_ids[grasp]))
-            context = planner.context(own, grasp, planner.held(own))
-            try:
-                there = len(line_candidates(context, unknown, own.qpos_start)) > 0
-            except NoMotionError:
-                there = False
-            assert lines_exist(context, unknown) == there
-            found.append(there)
+        status = np.full_like(request.report.status, GraspStatus.HITS_STATIC)
+        status[::5] = GraspStatus.VALID
+        unknown = replace(request.report, status=status, qpos=np.full_like(request.report.qpos, np.nan))
+        request = replace(request, report=unknown, world=with_boxes(request.world, boxes, workspace))
+        stuck = asked(request, robot, workspace, planner.config)
+        np.testing.assert_array_equal(stuck, one_by_one(request, planner))
+        found += (~stuck[::5]).tolist()
     assert 0.04 < np.mean(found) < 0.9, np.mean(found)
+
+
+@pytest.mark.parametrize("most", [1, 3])
+def test_no_more_grasps_are_followed_than_are_asked_for(request_for, robot, workspace, most):
+    config, stopped = MotionConfig(cartesian=CartesianConfig(limit_margin_rad=0.3)), 0
+    for seed in range(2):
+        request = request_for(seed)[0]
+        every, some = (asked(request, robot, workspace, config, most=m) for m in (None, most))
+        for k in request.report.object_ids:
+            ranked = request.grasps.of(k)
+            ranked = ranked[request.report.status[ranked] == GraspStatus.VALID]
+            best = ranked[~every[ranked]][:most]
+            np.testing.assert_array_equal(ranked[~some[ranked]][:most], best)
+            last = np.flatnonzero(ranked == best[-1])[0] if len(best) == most else len(ranked)
+            np.testing.assert_array_equal(some[ranked[:last]], every[ranked[:last]])
+            assert np.all(every[ranked[some[ranked]]])
+            stopped += np.any(every[ranked] & ~some[ranked])
+    assert stopped > 0
+
+
+def test_ways_are_the_same_with_any_number_of_threads(request_for, robot, workspace, monkeypatch):
+    config, request, found = (
+        MotionConfig(cartesian=CartesianConfig(limit_margin_rad=0.3)),
+        request_for(1)[0],
+        [],
+    )
+    for threads in ("1", "3"):
+        monkeypatch.setenv("OMP_NUM_THREADS", threads)
+        found.append(asked(request, robot, workspace, config, most=2))
+    np.testing.assert_array_equal(*found)
+    assert found[0].any()
 
 
 def test_no_valid_grasps_need_no_lines(request_for, robot, workspace):

@@ -132,38 +132,28 @@ def along(axis, px, py, pz):
 
 
 @njit(cache=True)
-def find_reached(frame, ahead, behind, centers, radii, reached):
-    """Write which spheres come near one of two boxes of a frame: least x, y and z, then greatest.
-
-    The boxes lie about the z-axis, one in front of the other, and `behind` is at least as wide as `ahead`.
-    """
+def _find_reached(frame, box, centers, radii, reached):
+    """Write which spheres come near a box of a frame: greatest |x| and |y|, least and greatest z."""
     ex, ey, ez, origin = frame
     cx, cy, cz = centers[0], centers[1], centers[2]
     for c in range(len(radii)):
         px, py, pz, r = cx[c] - origin[0], cy[c] - origin[1], cz[c] - origin[2], radii[c]
         x, y, z = abs(along(ex, px, py, pz)) - r, abs(along(ey, px, py, pz)) - r, along(ez, px, py, pz)
         # Without branches, so that it becomes vector instructions.
-        reached[c] = (
-            (x <= behind[3])
-            & (y <= behind[4])
-            & (z >= behind[2] - r)
-            & (z <= ahead[5] + r)
-            & ((z <= behind[5] + r) | ((x <= ahead[3]) & (y <= ahead[4])))
-        )
+        reached[c] = (x <= box[0]) & (y <= box[1]) & (z >= box[2] - r) & (z <= box[3] + r)
 
 
 @njit(cache=True)
 def gather(R, tip, box, cells, local, index):
     """Write coordinates in the frame (R, tip), and indices, of the points in a box of that frame; return how many.
 
-    `box`: lower and upper corner, about the z-axis.
+    `box`: greatest |x| and |y|, least and greatest z.
     """
     frame = frame_of(R, tip)
     ex, ey, ez, origin = frame
-    limits = (box[0, 0], box[0, 1], box[0, 2], box[1, 0], box[1, 1], box[1, 2])
-    z0, x1, y1, z1 = limits[2:]
+    x1, y1, z0, z1 = box
     reached = np.empty(len(cells.radii), np.bool_)
-    find_reached(frame, limits, limits, cells.centers, cells.radii, reached)
+    _find_reached(frame, box, cells.centers, cells.radii, reached)
     n = 0
     for c in range(len(reached)):
         if not reached[c]:

@@ -22,10 +22,7 @@ def candidate_features(Rs, tips, widths, cells, normals, hull, center_view, hand
     """
     local, index = np.empty((len(cells.points), 4)), np.empty(len(cells.points), dtype=np.int64)
     # The strip that the fingers close on, from far behind the fingertips to far beyond them.
-    strip = np.empty((2, 3))
-    strip[1, 0] = 0.5 * hand.max_width_m
-    strip[1, 1], strip[1, 2] = max(hand.pad_y, hand.finger_y), _FAR_M
-    strip[0] = -strip[1]
+    strip = (0.5 * hand.max_width_m, max(hand.pad_y, hand.finger_y), -_FAR_M, _FAR_M)
     for n in range(len(widths)):
         R, tip, width, row = Rs[n], tips[n], widths[n], out[n]
         count = gather(R, tip, strip, cells, local, index)

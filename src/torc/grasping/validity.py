@@ -199,14 +199,13 @@ def _count(Ts, widths, own_ids, between, inside, foreign, cells, hand):
     Between: within the opening along x, within the pads along y, and from the pads' rear end in the open state to the
     closed fingertips along z. Inside: in a finger of the open gripper.
     """
-    box, per_id = np.empty((2, 3)), np.zeros(64, dtype=np.int64)
+    per_id = np.zeros(64, dtype=np.int64)
     local, index = np.empty((len(cells.points), 3)), np.empty(len(cells.points), dtype=np.int64)
     inner, outer = 0.5 * hand.max_width_m, 0.5 * hand.max_width_m + hand.finger_x
     for n in range(len(widths)):
         R, tip = Ts[n, :3, :3].copy(), Ts[n, :3, 3].copy()
         shift_z = -reach_at(hand.reach_m, widths[n])
-        box[0, 0], box[0, 1], box[0, 2] = -outer, -hand.finger_y, shift_z - hand.finger_z
-        box[1, 0], box[1, 1], box[1, 2] = outer, hand.finger_y, 0.0
+        box = (outer, hand.finger_y, shift_z - hand.finger_z, 0.0)
         per_id[:] = 0
         for i in range(gather(R, tip, box, cells, local, index)):
             x, y, z, tag = abs(local[i, 0]), local[i, 1], local[i, 2], cells.tags[index[i]]

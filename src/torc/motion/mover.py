@@ -55,8 +55,8 @@ class Mover:
     def follow(
         self,
         starts: Float[np.ndarray, "b dof"],
-        Ts_world_tool0: Float[np.ndarray, "*b 4 4"],
-        directions: Float[np.ndarray, "*b 3"],
+        Ts_world_tool0: Float[np.ndarray, "*p 4 4"],
+        directions: Float[np.ndarray, "*d 3"],
         length_m: float,
         waypoints: int | None = None,
     ) -> tuple[Float[np.ndarray, "b m dof"], Int[np.ndarray, "b"]]:

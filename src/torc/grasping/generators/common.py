@@ -121,9 +121,7 @@ def _settle_on_points(cells, Rs, tips, limits, min_points, hand, widths, keep):
     """Write tips, widths and keep in place. `limits`: support height, tip margin, spread, largest retreat."""
     support_z, tip_margin, spread, most_back = limits
     local, index = np.empty((len(cells.points), 3)), np.empty(len(cells.points), dtype=np.int64)
-    box = np.empty((2, 3))
-    box[1, 0], box[1, 1], box[1, 2] = hand.max_width_m, hand.finger_y, 0.0
-    box[0, 0], box[0, 1], box[0, 2] = -hand.max_width_m, -hand.finger_y, -hand.finger_z
+    box = (hand.max_width_m, hand.finger_y, -hand.finger_z, 0.0)
     for n in range(len(Rs)):
         R = Rs[n]
         lift = lowest_tip_z(R, hand, support_z, tip_margin) - tips[n, 2]
