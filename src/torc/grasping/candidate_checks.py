@@ -154,37 +154,64 @@ def _own_fault(moved, inside, width, shift_z, hand, limits):
 
 
 @njit(cache=True)
-def _count_foreign(moved, inside, tags, width, shift_z, hand, limits):
+def _count_foreign(frame, regions, bottom, top, others, width, shift_z, hand, limits):
     """Return the bits of the objects in the way, and how many of their points are in each place."""
+    (ax, ay, az), (bx, by, bz), (cx, cy, cz), (ox, oy, oz) = frame
+    (_, slim_y), (_, wide_y, wide_z) = regions
+    wide_z += shift_z
     bits, counts = np.uint64(0), np.zeros(5, np.int32)
     half, outer = 0.5 * width, 0.5 * hand.max_width_m + hand.finger_x
     back, margin = shift_z - hand.finger_z, limits.finger_margin_m
-    for i in range(len(tags)):
-        if not inside[i]:
+    points, tags, starts, centers, radii, reached = others
+    _find_reached(frame, regions, shift_z, bottom, top, centers, radii, reached)
+    for c in range(len(reached)):
+        if not reached[c]:
             continue
-        x, y, z = moved[0][i], moved[1][i], moved[2][i]
-        place = -1
-        if x < half:
-            if y < hand.pad_y and z <= 0.0 and z > -hand.pad_z:
-                place = BETWEEN
-        elif x < outer + NEAR_M and y < hand.finger_y + NEAR_M:
-            end = sweep_end_z(x - margin, width, shift_z, hand)
-            if x < outer + margin and y < hand.finger_y + margin and z < end + margin:
-                if z > back - margin:
-                    place = FINGERS
-                elif z > back - CORRIDOR_M:
-                    place = CORRIDOR
-            if place != FINGERS and z < end + NEAR_M and z > back - NEAR_M:
-                place = NEAR
-        if place < 0 or place > BETWEEN:
-            at = _palm_place(x, y, z - shift_z, hand.palm_ranges, limits.palm_margin_m)
-            if at == PALM or place < 0:
-                place = at
-        if place >= 0:
-            counts[place] += 1
-            if place <= BETWEEN:
-                bits |= np.uint64(1) << np.uint64(tags[i])
+        for i in range(starts[c], starts[c + 1]):
+            dx, dy, dz = points[i, 0] - ox, points[i, 1] - oy, points[i, 2] - oz
+            y = abs(bx * dx + by * dy + bz * dz)
+            z = cx * dx + cy * dy + cz * dz
+            if z < bottom or z > top or (y > slim_y and (y > wide_y or z > wide_z)):
+                continue
+            x = abs(ax * dx + ay * dy + az * dz)
+            place = -1
+            if x < half:
+                if y < hand.pad_y and z <= 0.0 and z > -hand.pad_z:
+                    place = BETWEEN
+            elif x < outer + NEAR_M and y < hand.finger_y + NEAR_M:
+                end = sweep_end_z(x - margin, width, shift_z, hand)
+                if x < outer + margin and y < hand.finger_y + margin and z < end + margin:
+                    if z > back - margin:
+                        place = FINGERS
+                    elif z > back - CORRIDOR_M:
+                        place = CORRIDOR
+                if place != FINGERS and z < end + NEAR_M and z > back - NEAR_M:
+                    place = NEAR
+            if place < 0 or place > BETWEEN:
+                at = _palm_place(x, y, z - shift_z, hand.palm_ranges, limits.palm_margin_m)
+                if at == PALM or place < 0:
+                    place = at
+            if place >= 0:
+                counts[place] += 1
+                if place <= BETWEEN:
+                    bits |= np.uint64(1) << np.uint64(tags[i])
     return bits, counts
+
+
+@njit(cache=True)
+def _find_reached(frame, regions, shift_z, bottom, top, centers, radii, reached):
+    """Write which spheres come near one of the `_regions`; without branches: vector instructions."""
+    (ax, ay, az), (bx, by, bz), (cx, cy, cz), (ox, oy, oz) = frame
+    (slim_x, slim_y), (wide_x, wide_y, wide_z) = regions
+    wide_z += shift_z
+    px, py, pz = centers[0], centers[1], centers[2]
+    for c in range(len(radii)):
+        dx, dy, dz, r = px[c] - ox, py[c] - oy, pz[c] - oz, radii[c]
+        x = abs(ax * dx + ay * dy + az * dz) - r
+        y = abs(bx * dx + by * dy + bz * dz) - r
+        z = cx * dx + cy * dy + cz * dz
+        near = ((x <= slim_x) & (y <= slim_y)) | ((x <= wide_x) & (y <= wide_y) & (z - r <= wide_z))
+        reached[c] = near & (z + r >= bottom) & (z - r <= top)
 
 
 @njit(cache=True)
@@ -205,23 +232,35 @@ def _palm_place(x, y, z, palm_ranges, margin_m):
 
 @njit(cache=True)
 def _others_near(tips, cells, own_id, reach):
-    """Return coordinates and ids of other objects' points in cells that come within `reach` of some tip, or nearly."""
+    """Return other objects' points in cells that come within `reach` of some tip, or nearly so.
+
+    Points, ids, first point of each cell, spheres around the cells, and scratch memory for `_find_reached`.
+    """
     low, high = np.full(3, 1e9), np.full(3, -1e9)
     for n in range(len(tips)):
         for a in range(3):
             low[a], high[a] = min(low[a], tips[n, a]), max(high[a], tips[n, a])
-    kept, count = np.empty(len(cells.points), np.int64), 0
+    kept, near = np.empty(len(cells.points), np.int64), np.empty(len(cells.radii), np.int64)
+    starts, count, found = np.zeros(len(cells.radii) + 1, np.int64), 0, 0
     for c in range(len(cells.radii)):
         distance2 = 0.0
         for a in range(3):
             p = cells.centers[a, c]
             distance2 += max(low[a] - p, p - high[a], 0.0) ** 2
-        if distance2 <= (reach + cells.radii[c]) ** 2:
-            for i in range(cells.starts[c], cells.starts[c + 1]):
-                if cells.tags[i] != own_id:
-                    kept[count] = i
-                    count += 1
-    return _columns(cells.points[kept[:count]]), cells.tags[kept[:count]]
+        if distance2 > (reach + cells.radii[c]) ** 2:
+            continue
+        for i in range(cells.starts[c], cells.starts[c + 1]):
+            if cells.tags[i] != own_id:
+                kept[count] = i
+                count += 1
+        if count > starts[found]:
+            near[found] = c
+            found += 1
+            starts[found] = count
+    kept, near, centers = kept[:count], near[:found], np.empty((3, found))
+    for a in range(3):
+        centers[a] = cells.centers[a][near]
+    return cells.points[kept], cells.tags[kept], starts, centers, cells.radii[near], np.empty(found, np.bool_)
 
 
 @njit(cache=True)
@@ -242,11 +281,10 @@ def _check_all(Rs, tips, widths, own, own_id, cells, hand, box, support_z_m, lim
     reach = 0.0
     for a in range(3):
         reach += max(abs(box[0, a]), abs(box[1, a])) ** 2
-    others, tags = _others_near(tips, cells, own_id, np.sqrt(reach))
+    others = _others_near(tips, cells, own_id, np.sqrt(reach))
     seen = _columns(own.points[own.tags != 0])
-    most = max(len(tags), len(seen[0]))
-    moved, inside = (np.empty(most), np.empty(most), np.empty(most)), np.empty(most, np.bool_)
-    own_inside, other_inside = inside[: len(seen[0])], inside[: len(tags)]
+    count = len(seen[0])
+    moved, inside = (np.empty(count), np.empty(count), np.empty(count)), np.empty(count, np.bool_)
     own_regions = _regions(hand, 0.0, limits.palm_margin_m)
     other_regions = _regions(hand, NEAR_M, limits.palm_margin_m)
     bottom, top = box[0, 2], box[1, 2]
@@ -259,9 +297,10 @@ def _check_all(Rs, tips, widths, own, own_id, cells, hand, box, support_z_m, lim
             fault[n] = Fault.TABLE.value
             continue
         frame = frame_of(R, tip)
-        _move(frame, own_regions, shift_z, bottom, 0.0, seen, moved, own_inside)
-        fault[n] = _own_fault(moved, own_inside, width, shift_z, hand, limits)
+        _move(frame, own_regions, shift_z, bottom, 0.0, seen, moved, inside)
+        fault[n] = _own_fault(moved, inside, width, shift_z, hand, limits)
         if fault[n] == 0:
-            _move(frame, other_regions, shift_z, bottom, top, others, moved, other_inside)
-            blockers[n], foreign[n] = _count_foreign(moved, other_inside, tags, width, shift_z, hand, limits)
+            blockers[n], foreign[n] = _count_foreign(
+                frame, other_regions, bottom, top, others, width, shift_z, hand, limits
+            )
     return fault, blockers, foreign

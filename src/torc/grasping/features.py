@@ -142,10 +142,7 @@ def _object_features(
     """Return values in the order of _OBJECT_FEATURES."""
     seen, normals = cloud.points[: cloud.visible], cloud.normals[: cloud.visible]
     low, high = seen.min(axis=0), seen.max(axis=0)
-    near = (cells.tags != cloud.id) & np.all(
-        (cells.points > low - _TOUCH_M) & (cells.points < high + np.array([_TOUCH_M, _TOUCH_M, 1.0])), axis=1
-    )
-    above, touching = _neighbours(seen, cells.points[near], low)
+    above, touching = _neighbours(seen, cells, cloud.id, low, high)
     extents = np.sqrt(np.maximum(np.linalg.eigvalsh(np.cov(seen.T)), 0.0)) if len(seen) > 2 else np.zeros(3)
     spread = np.linalg.eigvalsh(normals.T @ normals / max(len(normals), 1))
     done = cloud.completion
@@ -169,8 +166,11 @@ def _object_features(
 
 
 @njit(cache=True, nogil=True)
-def _neighbours(own, others, low):
-    """Count others' points above the own ones (in 1 cm columns), and others' points close to an own one."""
+def _neighbours(own, cells, own_id, low, high):
+    """Count others' points above the own ones (in 1 cm columns), and others' points close to an own one.
+
+    `low` and `high`: bounds of the own points.
+    """
     nx = int((own[:, 0].max() - low[0]) / _COLUMN_M) + 1
     ny = int((own[:, 1].max() - low[1]) / _COLUMN_M) + 1
     top = np.full((nx, ny), 1e9)
@@ -179,7 +179,12 @@ def _neighbours(own, others, low):
         if top[i, j] > 1e8 or p[2] > top[i, j]:
             top[i, j] = p[2]
     above, touching = 0, 0
-    for q in others:
+    for c in range(len(cells.tags)):
+        q = cells.points[c]
+        beside = q[0] <= low[0] - _TOUCH_M or q[0] >= high[0] + _TOUCH_M
+        beside |= q[1] <= low[1] - _TOUCH_M or q[1] >= high[1] + _TOUCH_M
+        if cells.tags[c] == own_id or beside or q[2] <= low[2] - _TOUCH_M or q[2] >= high[2] + 1.0:
+            continue
         if q[0] >= low[0] and q[1] >= low[1]:
             i, j = int((q[0] - low[0]) / _COLUMN_M), int((q[1] - low[1]) / _COLUMN_M)
             if i < nx and j < ny and q[2] > top[i, j]:

@@ -101,16 +101,19 @@ def _contacts(Ts, widths, own_ids, bits, static, parts, reach_m, voxels, fixed, 
                     + R[k, 1] * parts[b, 1]
                     + R[k, 2] * (parts[b, 2] + shift_z)
                 )
-            found, hit = _voxels_in_box(R, center, parts[b, 3:] + paddings[0], own, voxels)
-            bits[n] |= found
-            static[n] |= hit or _in_fixed(R, center, parts[b, 3:], fixed, paddings[1])
+            bits[n], static[n] = _voxels_in_box(
+                R, center, parts[b, 3:] + paddings[0], own, voxels, bits[n], static[n]
+            )
+            static[n] = static[n] or _in_fixed(R, center, parts[b, 3:], fixed, paddings[1])
 
 
 @njit(cache=True)
-def _voxels_in_box(R, center, half, own, voxels):
-    """Return the owners of occupied voxels in a box grown by half a voxel, and whether some have no owner."""
+def _voxels_in_box(R, center, half, own, voxels, bits, ownerless):
+    """Return the owners of occupied voxels in a box grown by half a voxel, and whether some have no owner.
+
+    Beside those known before: only voxels that would add something are compared with the box.
+    """
     kind, owners, tops, origin, voxel_m = voxels
-    bits, ownerless = np.uint64(0), False
     lower, upper = np.empty(3, np.int64), np.empty(3, np.int64)
     grown = half + 0.5 * voxel_m
     for k in range(3):
@@ -122,7 +125,8 @@ def _voxels_in_box(R, center, half, own, voxels):
         for j in range(lower[1], upper[1] + 1):
             y = origin[1] + (j + 0.5) * voxel_m - center[1]
             for k in range(lower[2], min(upper[2], tops[i, j]) + 1):
-                if kind[i, j, k] == FREE or owners[i, j, k] & own != 0:
+                of = owners[i, j, k]
+                if kind[i, j, k] == FREE or of & own != 0 or (of & ~bits == 0 and (of != 0 or ownerless)):
                     continue
                 z = origin[2] + (k + 0.5) * voxel_m - center[2]
                 inside = True
@@ -131,8 +135,8 @@ def _voxels_in_box(R, center, half, own, voxels):
                         inside = False
                         break
                 if inside:
-                    bits |= owners[i, j, k]
-                    ownerless |= owners[i, j, k] == 0
+                    bits |= of
+                    ownerless |= of == 0
     return bits, ownerless
 
 
@@ -142,9 +146,13 @@ def _in_fixed(R, center, half, fixed, padding_m):
     steps = np.empty(3, np.int64)
     for a in range(3):
         steps[a] = max(1, int(np.ceil(2 * half[a] / _LATTICE_M)))
-    lowest = center[2] - abs(R[2, 0]) * half[0] - abs(R[2, 1]) * half[1] - abs(R[2, 2]) * half[2]
+    extent = np.abs(R) @ half
     for f in range(len(fixed)):
-        if lowest > fixed[f, 5] + padding_m:
+        apart = False
+        for a in range(3):
+            apart |= center[a] - extent[a] > fixed[f, 3 + a] + padding_m
+            apart |= center[a] + extent[a] < fixed[f, a] - padding_m
+        if apart:
             continue
         for i in range(steps[0] + 1):
             x = half[0] * (2.0 * i / steps[0] - 1.0)
