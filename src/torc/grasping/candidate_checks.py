@@ -135,8 +135,8 @@ def _move(frame, regions, shift_z, bottom, top, points, moved, inside):
 
 
 @njit(cache=True)
-def _own_fault(moved, inside, width, shift_z, hand, limits):
-    """Return the fault of one candidate from its own object's seen points."""
+def _own_fault(moved, inside, width, shift_z, palm_top_z, hand, limits):
+    """Return the fault of one candidate from its own object's seen points; none above `palm_top_z` is in the palm."""
     x, y, z = moved
     in_finger, between = 0, 0
     for i in range(len(inside)):
@@ -146,7 +146,7 @@ def _own_fault(moved, inside, width, shift_z, hand, limits):
             in_finger += 1
             if in_finger > limits.max_own_in_fingers:
                 return Fault.OWN_IN_FINGERS.value
-        if in_palm(x[i], y[i], z[i], shift_z, limits.palm_margin_m, hand):
+        if z[i] <= palm_top_z and in_palm(x[i], y[i], z[i], shift_z, limits.palm_margin_m, hand):
             return Fault.OWN_IN_PALM.value
         if between_pads(x[i], y[i], z[i], 0.5 * width + limits.own_slack_m, hand):
             between += 1
@@ -285,6 +285,9 @@ def _check_all(Rs, tips, widths, own, own_id, cells, hand, box, support_z_m, lim
     seen = _columns(own.points[own.tags != 0])
     count = len(seen[0])
     moved, inside = (np.empty(count), np.empty(count), np.empty(count)), np.empty(count, np.bool_)
+    palm_top_z = -1e9
+    for part in range(len(hand.palm_ranges)):
+        palm_top_z = max(palm_top_z, hand.palm_ranges[part, 4] + limits.palm_margin_m)
     own_regions = _regions(hand, 0.0, limits.palm_margin_m)
     other_regions = _regions(hand, NEAR_M, limits.palm_margin_m)
     bottom, top = box[0, 2], box[1, 2]
@@ -298,7 +301,7 @@ def _check_all(Rs, tips, widths, own, own_id, cells, hand, box, support_z_m, lim
             continue
         frame = frame_of(R, tip)
         _move(frame, own_regions, shift_z, bottom, 0.0, seen, moved, inside)
-        fault[n] = _own_fault(moved, inside, width, shift_z, hand, limits)
+        fault[n] = _own_fault(moved, inside, width, shift_z, palm_top_z + shift_z, hand, limits)
         if fault[n] == 0:
             blockers[n], foreign[n] = _count_foreign(
                 frame, other_regions, bottom, top, others, width, shift_z, hand, limits
