@@ -11,7 +11,7 @@ import numpy as np
 
 from torc.episode.bound import Bound
 from torc.episode.events import Event, Listener, Looked, Started
-from torc.episode.loop import run_episode
+from torc.episode.loop import Episode, run_episode
 from torc.episode.privileged import Privileged, Simulation, Truth, open_sandbox
 from torc.episode.simulated import episode_in, simulated_robot
 from torc.episode.steps import EpisodeConfig
@@ -23,6 +23,7 @@ from torc.pipeline.warm_up import announced_compilation
 from torc.problems.problem import load_problem, robot_hint
 from torc.records import PlanningContext
 from torc.registry.kinds import PERCEPTIONS, TASK_PLANNERS
+from torc.registry.loading import is_shipped
 from torc.sim.robot import SimulatedRobot
 from torc.sim.simulated_world import World
 from torc.sim.stepping import Observer
@@ -218,8 +219,7 @@ def _play(
     started = Started(problem.name, planner.name, spec.seed, target, max_picks, names, absent, vlm)
     config = EpisodeConfig(max_picks, spec.seed)
     with announced_compilation(say):
-        rehearsal = episode_in(simulated, system, config).rehearse(planner)
-        view_of(rehearsal.context)  # what the recorder does with every look
+        _rehearse_once(spec, episode_in(simulated, system, config), planner)
     with ExitStack() as stack:
         if privileged:
             sandbox = stack.enter_context(open_sandbox(problem, system, config))
@@ -235,6 +235,23 @@ def _play(
     if problem.absent:
         facts["target_absent"] = True
     return facts | {"bound": bound.value} if isinstance(bound, Bound) else facts
+
+
+_rehearsed: set[str] = set()
+"""Planners and conditions, as text, that this process has rehearsed."""
+
+
+def _rehearse_once(spec: TrialSpec, episode: Episode, planner: TaskPlanner) -> None:
+    """Rehearse, unless this process did it with these parts before: their kernels are loaded.
+
+    User-defined parts, and robots and workspaces from files, may load something for each trial: they always rehearse.
+    """
+    parts = repr((spec.planner, spec.conditions))
+    if parts in _rehearsed:
+        return
+    view_of(episode.rehearse(planner).context)  # what the recorder does with every look
+    if is_shipped(TASK_PLANNERS, spec.planner.name) and not sources(spec.conditions):
+        _rehearsed.add(parts)
 
 
 def _result(facts: dict[str, Any]) -> TrialResult:
