@@ -13,7 +13,7 @@ from torc.episode.bound import Bound
 from torc.episode.events import Event, Listener, Looked, Started
 from torc.episode.loop import Episode, run_episode
 from torc.episode.privileged import Privileged, Simulation, Truth, open_sandbox
-from torc.episode.simulated import episode_in, simulated_robot
+from torc.episode.simulated import episode_in, needs_color, simulated_robot
 from torc.episode.steps import EpisodeConfig
 from torc.errors import InputError, TorcError
 from torc.pipeline.building import System, build_system, sources
@@ -63,12 +63,14 @@ class Recording:
     """What to keep of a trial beside events and pictures.
 
     Attributes:
+        pictures: write what the planner saw at each pick: pictures, and the view that `torc view` shows.
         video: write video.mp4.
         trajectory: write trajectory.npz with camera.mp4, for learning.
         snapshots: save each one as a record.
         observers: called with the world 25 times a simulated second.
     """
 
+    pictures: bool = True
     video: bool = False
     trajectory: bool = False
     snapshots: bool = False
@@ -136,9 +138,18 @@ def run_trial(
     recorder = (
         TrialLog()
         if out is None
-        else TrialRecorder(out, recorded, overwrite=overwrite, snapshots=recording.snapshots)
+        else TrialRecorder(
+            out,
+            recorded,
+            overwrite=overwrite,
+            pictures=recording.pictures,
+            snapshots=recording.snapshots,
+        )
     )
     recorder.asked = asked
+    kept = out is not None and (recording.pictures or recording.video or recording.snapshots)
+    reads_picture = TASK_PLANNERS.traits(planner).reads_picture
+    color = bool(kept or listeners or reads_picture or needs_color(system))
 
     def play() -> dict[str, Any]:
         with ExitStack() as stack:
@@ -148,7 +159,7 @@ def run_trial(
                 for each in observers:
                     each(world)
 
-            simulated = stack.enter_context(simulated_robot(system, problem, observer=observe))
+            simulated = stack.enter_context(simulated_robot(system, problem, color=color, observer=observe))
             films: list[VideoRecorder | TrajectoryRecorder] = []
             if recorder.directory is not None and recording.video:
                 film = VideoRecorder(recorder.directory / VIDEO, simulated.world)
