@@ -16,7 +16,11 @@ from multiprocessing import get_context
 from torc.errors import TorcError
 
 _PR_SET_PDEATHSIG = 1
-_ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+_ALONE = {
+    **dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"),
+    "LP_NUM_THREADS": "0",  # of Mesa, drawing in software: beside the calling one
+}
+"""Variables by which libraries use one thread."""
 
 
 @contextmanager
@@ -26,12 +30,12 @@ def one_thread_each() -> Iterator[None]:
     They share the cores: threads of the linear algebra would only wait for each other, which costs a third of the time.
     Sums also no longer depend on the number of cores. The libraries read the environment when they are loaded.
     """
-    before = {name: os.environ.pop(name) for name in _ONE_THREAD if name in os.environ}
-    os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))
+    before = {name: os.environ[name] for name in _ALONE if name in os.environ}
+    os.environ.update(_ALONE)
     try:
         yield
     finally:
-        for name in _ONE_THREAD:
+        for name in _ALONE:
             os.environ.pop(name, None)
         os.environ.update(before)
 
