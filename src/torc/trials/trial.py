@@ -11,7 +11,7 @@ import numpy as np
 
 from torc.episode.bound import Bound
 from torc.episode.events import Event, Listener, Looked, Started
-from torc.episode.loop import Episode, run_episode
+from torc.episode.loop import run_episode
 from torc.episode.privileged import Privileged, Simulation, Truth, open_sandbox
 from torc.episode.simulated import episode_in, needs_color, simulated_robot
 from torc.episode.steps import EpisodeConfig
@@ -230,7 +230,7 @@ def _play(
     started = Started(problem.name, planner.name, spec.seed, target, max_picks, names, absent, vlm)
     config = EpisodeConfig(max_picks, spec.seed)
     with announced_compilation(say):
-        _rehearse_once(spec, episode_in(simulated, system, config), planner)
+        _rehearse_once(spec, system, simulated, planner)
     with ExitStack() as stack:
         if privileged:
             sandbox = stack.enter_context(open_sandbox(problem, system, config))
@@ -252,7 +252,7 @@ _rehearsed: set[str] = set()
 """Planners and conditions, as text, that this process has rehearsed."""
 
 
-def _rehearse_once(spec: TrialSpec, episode: Episode, planner: TaskPlanner) -> None:
+def _rehearse_once(spec: TrialSpec, system: System, simulated: SimulatedRobot, planner: TaskPlanner) -> None:
     """Rehearse, unless this process did it with these parts before: their kernels are loaded.
 
     User-defined parts, and robots and workspaces from files, may load something for each trial: they always rehearse.
@@ -260,7 +260,8 @@ def _rehearse_once(spec: TrialSpec, episode: Episode, planner: TaskPlanner) -> N
     parts = repr((spec.planner, spec.conditions))
     if parts in _rehearsed:
         return
-    view_of(episode.rehearse(planner).context)  # what the recorder does with every look
+    rehearsal = episode_in(simulated, system, EpisodeConfig()).rehearse(planner)
+    view_of(rehearsal.context)  # what the recorder does with every look
     if is_shipped(TASK_PLANNERS, spec.planner.name) and not sources(spec.conditions):
         _rehearsed.add(parts)
 
