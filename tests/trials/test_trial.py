@@ -11,17 +11,28 @@ import pytest
 from tests.helpers.trial_logs import comparable_log as _log
 from tools.grippers import write_slides
 from torc.episode.events import Decided, Looked
+from torc.episode.loop import Episode
 from torc.episode.simulated import simulated_robot
 from torc.errors import InputError, PhysicsError
 from torc.objects.library import load_object
 from torc.pipeline.building import build_system
 from torc.problems.problem import ObjectPlacement, Problem, load_problem, save_problem
+from torc.sim.rendering import CameraRenderer
 from torc.specs.conditions import Conditions
-from torc.specs.trial import TrialSpec
+from torc.specs.trial import PlannerSpec, TrialSpec
+from torc.task_planning.random_choice import RandomPlanner
+from torc.trials.log import without_seconds
 from torc.trials.trial import Recording, run_trial
 from torc.workspace.workspace_files import load_workspace
 
 SPEC = TrialSpec.of("structured-04", "dg-select", seed=3, max_picks=1)
+
+
+class Reader(RandomPlanner):
+    """A planner that may read the picture."""
+
+    name = "reader"
+    reads_picture = True
 
 
 def _silent(text: str) -> None:
@@ -42,6 +53,47 @@ def test_same_trial_same_log_also_in_another_process_and_with_a_video(tmp_path):
     assert {line["event"] for line in log} == {"started", "looked", "decided", "planned", "executed", "ended"}
     with av.open(str(trial.directory / "video.mp4")) as container:
         assert sum(1 for _ in container.decode(video=0)) > 50
+
+
+@pytest.mark.parametrize(
+    ("planner", "pictures", "drawn"),
+    [(RandomPlanner, False, False), (RandomPlanner, True, True), (Reader, False, True)],
+)
+def test_colour_is_drawn_only_for_what_reads_it(planner, pictures, drawn, monkeypatch, tmp_path):
+    asked = []
+    render = CameraRenderer.render
+
+    def draw(renderer, *, color):
+        asked.append(color)
+        return render(renderer, color=color)
+
+    monkeypatch.setattr(CameraRenderer, "render", draw)
+    recording = Recording(pictures=pictures)
+    run_trial(SPEC, tmp_path / "a", planner=planner(), recording=recording, say=_silent)
+    assert set(asked) == {drawn}
+    files = {path.name for path in (tmp_path / "a").rglob("*") if path.is_file()}
+    assert (files - {"events.jsonl", "result.json", "spec.json"} != set()) == pictures
+    log = run_trial(SPEC, None, planner=planner(), listeners=[lambda event: None], say=_silent).log
+    assert set(asked) == {drawn, True}  # a listener may read it
+    assert _log(tmp_path / "a") == json.loads(json.dumps([without_seconds(line.plain) for line in log]))
+
+
+def test_only_the_first_trial_of_shipped_parts_rehearses(monkeypatch):
+    rehearsed = []
+    rehearse = Episode.rehearse
+    monkeypatch.setattr("torc.trials.trial._rehearsed", set())
+    monkeypatch.setattr(Episode, "rehearse", lambda *args: rehearsed.append(args) or rehearse(*args))
+
+    def stop(event):
+        raise KeyboardInterrupt
+
+    def play(planner):
+        run_trial(replace(SPEC, planner=PlannerSpec(planner)), None, listeners=[stop], say=_silent)
+        return len(rehearsed)
+
+    own = "torc.task_planning.random_choice:RandomPlanner"
+    played = ("random", "random", "dg-select", "random", own, own)
+    assert [play(name) for name in played] == [1, 1, 2, 2, 3, 4]
 
 
 def test_friction_is_that_of_everything():

@@ -20,18 +20,19 @@ from torc.pipeline.building import sources
 from torc.pipeline.planners import load_planner
 from torc.problems.problem import load_problem
 from torc.trials.log import TrialResult
-from torc.trials.trial import run_trial
+from torc.trials.trial import Recording, run_trial
 from torc.vlm.cache import CacheConfig
 
 
 @dataclass(frozen=True)
 class Order:
-    """A worker's order: `problem` is a name or path, `work` the directory to play in."""
+    """A worker's order: `problem` is a name or path, `work` the directory to play in, `pictures` as in `Recording`."""
 
     trial: PlannedTrial
     problem: str
     work: Path
     vlm_cache: CacheConfig | None = None
+    pictures: bool = True
 
 
 Listener = Callable[[PlannedTrial, TrialResult], Any]
@@ -45,16 +46,18 @@ def run_missing(
     *,
     limit: int | None = None,
     vlm_cache: CacheConfig | None = None,
+    pictures: bool = True,
     listener: Listener = lambda trial, result: None,
     work: Work | None = None,
 ) -> None:
     """Play missing and errored trials of a store that the caller has locked.
 
     Whenever this is stopped, even killed, the store holds only whole trials, and the next call continues. `limit` is
-    the most trials to play; `work`, by default `play`, plays an `Order` in a process of the backend.
+    the most trials to play; `pictures` is as in `Recording`; `work`, by default `play`, plays an `Order` in a process
+    of the backend.
     """
     orders = {
-        trial.id: Order(trial, store.problem_path(trial.problem), store.work(trial), vlm_cache)
+        trial.id: Order(trial, store.problem_path(trial.problem), store.work(trial), vlm_cache, pictures)
         for trial in store.left(spec)[:limit]
     }
     tasks = [Task(key, order, order.work / OUTPUT) for key, order in orders.items()]
@@ -88,7 +91,13 @@ def play(order: Order) -> None:
         raise InputError(
             f"The {what} has changed since this benchmark was begun. Begin another one (--out), or put the file back."
         )
-    run_trial(order.trial.spec(order.problem), order.work / TRIAL, overwrite=True, vlm_cache=order.vlm_cache)
+    run_trial(
+        order.trial.spec(order.problem),
+        order.work / TRIAL,
+        recording=Recording(pictures=order.pictures),
+        overwrite=True,
+        vlm_cache=order.vlm_cache,
+    )
 
 
 _PACE_S = 3600.0

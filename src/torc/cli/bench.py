@@ -85,6 +85,9 @@ class BenchCommand:
     needs an --out of its own; `torc report` takes them all."""
     limit: int | None = None
     """Play at most so many trials now: to try things out; the next call goes on from there."""
+    no_pictures: bool = False
+    """Keep the log and the result of each trial, but not what the planner saw at each pick: a trial takes a fifth less
+    time, and 30 KB in place of 2 MB, but `torc view` cannot show its picks."""
     timeout: float = 1800.0
     """Seconds after which a trial is ended and counts as errored."""
     memory: float = 8.0
@@ -180,7 +183,15 @@ class BenchCommand:
 
             try:
                 cache = self.vlm.cache()
-                run_missing(store, spec, backend, limit=self.limit, vlm_cache=cache, listener=listen)
+                run_missing(
+                    store,
+                    spec,
+                    backend,
+                    limit=self.limit,
+                    vlm_cache=cache,
+                    pictures=not self.no_pictures,
+                    listener=listen,
+                )
             except KeyboardInterrupt:
                 tell("Stopped. The same command goes on from here.")
                 raise

@@ -82,18 +82,19 @@ class _GraphPicture:
         for x, y in map(self.at, layout.places.values()):
             self.taken.append(_around(x, y, 2 * _RADIUS_PX, 2 * _RADIUS_PX))
             self.taken.append(_around(x, y + _RADIUS_PX + 12, 3.6 * _TEXT_PX, _TEXT_PX))
+        self.curves = {ends: self._curve(*ends) for ends in layout.routes}
 
     def at(self, place: tuple[float, int]) -> tuple[float, float]:
         return self.left + place[0] * _COLUMN_PX, _MARGIN_PX + _RADIUS_PX + place[1] * _ROW_PX
 
     def edge(self, edge: DependencyEdge, bold: bool, pale: bool) -> None:
-        curve, color = self._curve(edge), _edge_color(edge.kind, pale)
+        curve, color = self.curves[edge.source, edge.target], _edge_color(edge.kind, pale)
         self.canvas.stroke(curve, color, 2.6 if bold else 1.8, _STYLES[edge.kind][1])
         self.canvas.arrow_head(curve, color)
 
     def weight(self, edge: DependencyEdge, pale: bool) -> None:
         """Write the weight beside its edge, at the first of a few places where it covers nothing."""
-        curve = self._curve(edge)
+        curve = self.curves[edge.source, edge.target]
         text = f"{edge.weight:.2f}".lstrip("0") if edge.weight >= 0.01 else "<.01"
         w, h = 0.62 * _TEXT_PX * len(text), 1.1 * _TEXT_PX
         places = [curve[int(t * (len(curve) - 1))].tolist() for t in _WEIGHT_PLACES]
@@ -147,10 +148,10 @@ class _GraphPicture:
         px = round(1.4 * _TEXT_PX * min(1.0, _DIGITS_IN_DISK / len(label)))
         canvas.text((x, y), label, px, PAPER if dark else INK)
 
-    def _curve(self, edge: DependencyEdge) -> Float[np.ndarray, "n 2"]:
+    def _curve(self, source: int, target: int) -> Float[np.ndarray, "n 2"]:
         """Return points of the edge from rim to rim; of two that run both ways, each keeps to one side."""
-        route = np.array([self.at(p) for p in self.layout.routes[(edge.source, edge.target)]])
-        if (edge.target, edge.source) in self.layout.routes:
+        route = np.array([self.at(p) for p in self.layout.routes[source, target]])
+        if (target, source) in self.layout.routes:
             along = (route[-1] - route[0]) / np.linalg.norm(route[-1] - route[0])
             inner = route[1:-1] if len(route) > 2 else route.mean(axis=0, keepdims=True)
             beside = inner + _LANE_PX * np.array([-along[1], along[0]])

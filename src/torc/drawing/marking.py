@@ -1,6 +1,7 @@
 """The marked image: how a segmented scene is shown to a person or a VLM."""
 
 from collections.abc import Mapping, Sequence
+from functools import cache
 from math import ceil
 
 import cv2
@@ -151,12 +152,14 @@ def _scale(shape: tuple[int, ...], thin: bool) -> float:
 def _tint(
     rgb: UInt8[np.ndarray, "h w 3"], label: Int16[np.ndarray, "h w"], highlight: int | None
 ) -> UInt8[np.ndarray, "h w 3"]:
-    share = np.full(MAX_OBJECTS, _TINT if highlight is None else _FAINT_TINT)
+    share = np.full((MAX_OBJECTS, 1, 1), _TINT if highlight is None else _FAINT_TINT, np.float32)
     if highlight is not None:
         share[highlight] = _TINT
-    weight = np.append(share, 0.0)[label][..., None].astype(np.float32)  # label -1 reads the last entry
-    color = _palette()[label].astype(np.float32)
-    return np.rint(rgb + weight * (color - rgb)).astype(np.uint8)
+    before, color = np.arange(256, dtype=np.float32)[:, None], _palette()[:, None].astype(np.float32)
+    after = np.rint(before + share * (color - before)).astype(np.uint8)  # by label, value and channel
+    image, marked = rgb.copy(), label >= 0
+    image[marked] = after[label[marked][:, None], rgb[marked], np.arange(3)]
+    return image
 
 
 def _outline(
@@ -166,9 +169,13 @@ def _outline(
     inner = rim(label, px) & (label >= 0)
     image[inner] = _palette()[label[inner]]
     if highlight is not None:
-        mask = (label == highlight).astype(np.uint8)
-        image[(rim(mask, 2 * px)) & (mask > 0)] = _palette()[highlight]
-        image[(cv2.dilate(mask, disk(px)) > 0) & (mask == 0)] = 255
+        whole = (label == highlight).astype(np.uint8)
+        left, top, width, height = cv2.boundingRect(whole)
+        grown = [slice(max(at - 2 * px, 0), at + n + 2 * px) for at, n in ((top, height), (left, width))]
+        near = grown[0], grown[1]
+        part, mask = image[near], whole[near]
+        part[rim(mask, 2 * px) & (mask > 0)] = _palette()[highlight]
+        part[(cv2.dilate(mask, disk(px)) > 0) & (mask == 0)] = 255
 
 
 def disk(px: int) -> UInt8[np.ndarray, "n n"]:
@@ -194,11 +201,14 @@ def number_image(number: int, height_px: int) -> UInt8[np.ndarray, "h w"]:
     return cv2.resize(large, (width_px, height_px), interpolation=cv2.INTER_AREA).astype(np.uint8)
 
 
+@cache
 def number_box(number: int, digit_px: int, padding_px: int) -> UInt8[np.ndarray, "h w"]:
-    """Return white digits on black, at least as wide as high."""
+    """Return white digits on black, at least as wide as high; read-only."""
     ink = np.pad(number_image(number, digit_px), padding_px)
     missing = max(0, ink.shape[0] - ink.shape[1])
-    return np.pad(ink, ((0, 0), (missing // 2, missing - missing // 2)))
+    box = np.pad(ink, ((0, 0), (missing // 2, missing - missing // 2)))
+    box.flags.writeable = False
+    return box
 
 
 def mask_comparison(rows: Sequence[Compared], width: int = 1200) -> UInt8[np.ndarray, "h w 3"]:
@@ -216,5 +226,6 @@ def mask_comparison(rows: Sequence[Compared], width: int = 1200) -> UInt8[np.nda
     return np.vstack(drawn)
 
 
+@cache
 def _palette() -> UInt8[np.ndarray, "ids 3"]:
     return np.array([object_color(i) for i in range(MAX_OBJECTS)], dtype=np.uint8)

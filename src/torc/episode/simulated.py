@@ -14,11 +14,12 @@ from torc.pipeline.building import System, configured, make_stage
 from torc.problems.problem import Problem
 from torc.records import TARGET_ID
 from torc.registry.context import BuildContext
-from torc.registry.kinds import CAMERAS, DEPTHS, PERCEPTIONS
+from torc.registry.kinds import CAMERAS, DEPTHS, PERCEPTIONS, STAGES
 from torc.sim.portraits import size_by_ruler, turn_table
 from torc.sim.robot import SimulatedRobot, SimulatedRobotConfig
 from torc.sim.simulated_world import build_world
 from torc.sim.stepping import Observer
+from torc.specs.conditions import Conditions
 
 
 def simulated_robot(
@@ -80,6 +81,6 @@ def _target_of(problem: Problem) -> ObjectModel:
 
 
 def needs_color(system: System) -> bool:
-    """Check whether any part may read the color picture: the shipped ones read depth and masks."""
-    used = system.conditions
-    return (used.camera, used.depth, used.perception) != ("simulated", "as-measured", "labels")
+    """Check whether any part around the planner may read the colour picture: the default ones read depth and masks."""
+    used, default = system.conditions, Conditions()
+    return any(getattr(used, stage) != getattr(default, stage) for stage in STAGES)

@@ -35,8 +35,11 @@ def save_record(record: Any, path: Path | str) -> None:
     arrays: dict[str, np.ndarray] = {}
     tree = {"format": FORMAT, "type": type(record).__name__, "fields": _encode(record, "", arrays)}
     temporary = path.with_name(path.name + ".tmp")
-    with open(temporary, "wb") as f:
-        np.savez_compressed(f, __tree__=np.array(json.dumps(tree)), **arrays)  # type: ignore[arg-type]
+    # The fastest compression: files of np.savez_compressed are a sixth smaller, and take twice the time.
+    with zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
+        for name, array in {"__tree__": np.array(json.dumps(tree)), **arrays}.items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as f:
+                np.lib.format.write_array(f, array, allow_pickle=False)
     os.replace(temporary, path)
 
 

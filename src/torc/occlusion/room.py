@@ -4,7 +4,6 @@ from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Bool
-from scipy.signal import fftconvolve
 
 from torc.geometry.transforms import rotation_about
 from torc.objects.models import ObjectModel
@@ -24,6 +23,8 @@ def places_left(unseen: Bool[np.ndarray, "nx ny nz"], model: ObjectModel, voxel_
     They are at every voxel, on each of its axes and turned in steps of 45 degrees, with at least SHARE of it in unseen
     voxels. It may hang in the air there, so 0 proves that it is not there, as far as its outline is that of its model.
     """
+    from scipy.signal import fftconvolve  # slow to import, rarely needed
+
     at = np.argwhere(unseen)
     if not len(at):
         return 0

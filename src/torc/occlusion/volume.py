@@ -308,5 +308,6 @@ def hidden_near_m3(
 
 
 def _hidden_m3(masks: UInt64[np.ndarray, "nx ny nz"], ids: Iterable[int], voxel_size_m: float) -> np.ndarray:
-    counts = [np.count_nonzero(masks & (np.uint64(1) << np.uint64(k))) for k in ids]
+    hidden = masks[masks != 0]
+    counts = [np.count_nonzero(hidden & (np.uint64(1) << np.uint64(k))) for k in ids]
     return np.array(counts, dtype=np.int64) * voxel_size_m**3

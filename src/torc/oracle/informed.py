@@ -40,6 +40,7 @@ class InformedPlanner(TaskPlannerTraits):
     """
 
     name = "informed"
+    reads_picture = False
     privileged = True
 
     def __init__(self, budget: float = DEFAULT_BUDGET, searches: int = 2, futures: int = 4) -> None:

@@ -36,6 +36,7 @@ class OraclePlanner(TaskPlannerTraits):
     """
 
     name = "oracle"
+    reads_picture = False
     privileged = True
 
     def __init__(self, budget: float = DEFAULT_BUDGET) -> None:

@@ -7,6 +7,7 @@ from jaxtyping import Float
 from torc.errors import InputError
 from torc.records import Trajectory
 from torc.robots.description import RobotDescription
+from torc.robots.kinematics import tool0_poses
 from torc.robots.protocols import ContactGuard, FollowResult, GripperState
 from torc.sim.contacts import ContactReader
 from torc.sim.stepping import Stepper
@@ -136,8 +137,7 @@ class SimulatedArm:
         self._qpos_at = np.array([j.qposadr[0] for j in joints])
         self._qvel_at = np.array([j.dofadr[0] for j in joints])
         self._actuators = np.array([model.actuator(name).id for name in robot.arm_actuator_names])
-        self._lower, self._upper = robot.arm.lower, robot.arm.upper
-        self._tool0 = model.site(robot.tool0_site_name).id
+        self._arm, self._lower, self._upper = robot.arm, robot.arm.lower, robot.arm.upper
         self._contacts = ContactReader(stepper.world, robot)
         # A servo pulls with kp (command - q) - kd qd: leading the command by kd / kp x speed removes its lag.
         kp, kd = model.actuator_gainprm[self._actuators, 0], -model.actuator_biasprm[self._actuators, 2]
@@ -165,17 +165,15 @@ class SimulatedArm:
         gap = float(np.abs(trajectory.qpos[0] - self.qpos).max())
         if gap > _START_TOLERANCE_RAD:
             raise InputError(f"The trajectory starts {gap:.2f} rad away from where the arm is.")
-        commands = self._commands(trajectory)
-        path = np.empty((len(commands) + 1, 3 + len(self._actuators)))
-        path[0] = self._here()
-        for i, command in enumerate(commands):
-            self._stepper.world.data.ctrl[self._actuators] = command
+        data, taken = self._stepper.world.data, [self.qpos]
+        for command in self._commands(trajectory):
+            data.ctrl[self._actuators] = command
             self._stepper.step()
-            path[i + 1] = self._here()
             if guard is not None:
+                taken.append(self.qpos)
                 force, words = self._contacts.hardest(ignore_gripped=self._gripper.closed)
                 if force > guard.max_force_n:
-                    self._back_off(path[: i + 2], guard.relief_m)
+                    self._back_off(np.array(taken), guard.relief_m)
                     return FollowResult(False, True, self.qpos, f"{words}, {force:.0f} N")
         return self._come_to_rest(trajectory.qpos[-1])
 
@@ -208,19 +206,13 @@ class SimulatedArm:
         detail = "" if reached else f"stopped {error:.3f} rad short of the goal"
         return FollowResult(reached, False, self.qpos, detail)
 
-    def _back_off(self, path: Float[np.ndarray, "k d"], relief_m: float) -> None:
+    def _back_off(self, taken: Float[np.ndarray, "k dof"], relief_m: float) -> None:
         """Go back along the path actually taken, until the flange is relief_m away from where it stopped."""
-        distances = np.linalg.norm(path[:, :3] - path[-1, :3], axis=1)
-        far = np.flatnonzero(distances >= relief_m)
-        target = path[far[-1] if len(far) else 0, 3:]
-        start, steps = path[-1, 3:], max(1, round(_RELIEF_S / self._stepper.period_s))
+        flange = tool0_poses(self._arm, taken)[:, :3, 3]
+        far = np.flatnonzero(np.linalg.norm(flange - flange[-1], axis=1) >= relief_m)
+        start, target = taken[-1], taken[far[-1] if len(far) else 0]
+        steps = max(1, round(_RELIEF_S / self._stepper.period_s))
         for s in np.linspace(0.0, 1.0, steps + 1):
             self._stepper.world.data.ctrl[self._actuators] = start + s * (target - start)
             self._stepper.step()
         self._come_to_rest(target)
-
-    def _here(self) -> Float[np.ndarray, "d"]:
-        """Return flange position (world) and joint positions, now, whether or not something was rendered in between."""
-        data = self._stepper.world.data
-        mujoco.mj_kinematics(self._stepper.world.model, data)
-        return np.concatenate([data.site_xpos[self._tool0], data.qpos[self._qpos_at]])

@@ -36,10 +36,11 @@ class ContactReader:
         """
         contact = self._world.data.contact
         geoms: Int[np.ndarray, "c 2"] = contact.geom
-        if not len(geoms):
-            return 0.0, ""
         robot = self._is_robot[geoms]
-        counted = (robot[:, 0] != robot[:, 1]) & (contact.efc_address >= 0)
+        counted = robot[:, 0] != robot[:, 1]
+        if not counted.any():  # in most steps
+            return 0.0, ""
+        counted &= contact.efc_address >= 0
         if ignore_gripped:
             finger = self._is_finger[geoms].any(axis=1)
             counted &= ~(finger & (self._world.geom_labels[geoms] >= 0).any(axis=1))

@@ -3,6 +3,7 @@ stand.
 """
 
 import sys
+from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Float, UInt8
@@ -86,6 +87,7 @@ def draw_one() -> None:
     print(backend)
 
 
+@lru_cache(maxsize=64)
 def size_by_ruler(model: ObjectModel) -> Extent:
     """Return the size of the object as a ruler measures it."""
     return extent(np.concatenate([mesh.vertices for mesh in model.visuals]))

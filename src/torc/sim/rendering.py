@@ -72,14 +72,15 @@ class CameraRenderer(Closing):
         """
         self._world.update_kinematics()
         T = self._mount.T_world_camera if T_world_camera is None else T_world_camera
+        # Geom -1 (nothing) reads the last entry.
+        labels_of_geoms = np.append(self._world.geom_labels, np.int16(BACKGROUND))
         if self._gl is None:
             rgb, depth, geoms = self._cast(T)
+            labels = labels_of_geoms[geoms]
         else:
-            geoms, depth = self._gl.geoms_and_depth(self._world.data, T)
+            labels, depth = self._gl.labels_and_depth(self._world.data, T, labels_of_geoms)
             rgb = self._gl.color(self._world.data, T) if color else np.zeros((*depth.shape, 3), np.uint8)
         depth[depth > _MAX_DEPTH_M] = 0.0
-        # Geom -1 (nothing) reads the last entry.
-        labels = np.append(self._world.geom_labels, np.int16(BACKGROUND))[geoms]
         return View(rgb, depth, labels)
 
     def look_from(self, mount: CameraMount) -> None:
@@ -131,19 +132,22 @@ class _GlImages:
         mujoco.mjr_readPixels(rgb, None, self._rect, self._buffers)
         return np.ascontiguousarray(rgb[::-1])
 
-    def geoms_and_depth(
-        self, data: mujoco.MjData, T_world_camera: Pose
-    ) -> tuple[np.ndarray, Float32[np.ndarray, "h w"]]:
-        """Return the geom per pixel (-1 = none) and depth, metres."""
+    def labels_and_depth(
+        self, data: mujoco.MjData, T_world_camera: Pose, labels_of_geoms: Int16[np.ndarray, "g"]
+    ) -> tuple[Int16[np.ndarray, "h w"], Float32[np.ndarray, "h w"]]:
+        """Return the label of the geom per pixel (the last one for none) and depth, metres."""
         shape = (self.mount.height, self.mount.width)
         rgb, z = np.empty((*shape, 3), np.uint8), np.empty(shape, np.float32)
         self._draw(data, T_world_camera, numbers=True)
         mujoco.mjr_readPixels(rgb, z, self._rect, self._buffers)
-        number = rgb[..., 0].astype(np.int32) + 256 * rgb[..., 1].astype(np.int32)
+        number = rgb[::-1, :, 0] + np.uint16(256) * rgb[::-1, :, 1]
         # From a reversed depth buffer: 1 is the near plane, 0 the far plane.
-        depth = (_NEAR_M * _FAR_M) / (z.astype(np.float64) * (_FAR_M - _NEAR_M) + _NEAR_M)
-        depth[z <= 0] = 0.0
-        return self._geom_of_number()[number][::-1], depth.astype(np.float32)[::-1].copy()
+        depth = z[::-1].astype(np.float64)
+        depth *= _FAR_M - _NEAR_M
+        depth += _NEAR_M
+        np.divide(_NEAR_M * _FAR_M, depth, out=depth)
+        depth[z[::-1] <= 0] = 0.0
+        return labels_of_geoms[self._geom_of_number()][number], depth.astype(np.float32)
 
     def close(self) -> None:
         if self._context is not None:

@@ -208,7 +208,8 @@ def _add_assets(spec: mujoco.MjSpec, model: ObjectModel, config: WorldConfig) ->
 
 def _four_rows(rows: np.ndarray) -> np.ndarray:
     """Flatten rows, repeating the last: MuJoCo wants four vertices even for a single triangle."""
-    return np.pad(rows.astype(np.float32), ((0, max(0, 4 - len(rows))), (0, 0)), mode="edge").ravel()
+    some = rows if len(rows) >= 4 else np.pad(rows, ((0, 4 - len(rows)), (0, 0)), mode="edge")
+    return some.astype(np.float32).ravel()
 
 
 def _add_material(

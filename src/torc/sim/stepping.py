@@ -22,11 +22,7 @@ bodies have been too deep in each other (None if they are not).
 _CONTROL_S = 0.004
 """Time between two commands to the servos, and between two readings of contact forces."""
 _WATCHDOG_S, _OBSERVER_S = 0.02, 1.0 / 25.0
-_BAD_NUMBERS = (
-    mujoco.mjtWarning.mjWARN_BADQPOS,
-    mujoco.mjtWarning.mjWARN_BADQVEL,
-    mujoco.mjtWarning.mjWARN_BADQACC,
-)
+_BAD_NUMBERS = [int(getattr(mujoco.mjtWarning, f"mjWARN_BAD{of}")) for of in ("QPOS", "QVEL", "QACC")]
 _BELOW_M = 0.10
 _MAX_SPEED_M_S, _MAX_FALLING_SPEED_M_S = 5.0, 8.0
 """Limits for an object on or above the table (an arm moves it at about 1 m/s, a fall of 50 cm at 3), and for one below
@@ -88,13 +84,16 @@ class Watchdog:
     def check(self) -> None:
         """Check once. Raises PhysicsError for NaN, a body too fast, or two bodies too deep in each other."""
         data = self._world.data
-        if any(data.warning[int(w)].number for w in _BAD_NUMBERS) or not np.isfinite(data.qpos).all():
+        if data.warning.number[_BAD_NUMBERS].any() or not np.isfinite(data.qpos).all():
             raise self._error("The simulation diverged (NaN or huge numbers)")
         self._check_penetration()  # first: it names what is inside what, even if that made things fly
         self._check_speeds()
 
     def _check_penetration(self) -> None:
         world, contact = self._world, self._world.data.contact
+        if contact.dist.min(initial=0.0) >= -_MAX_PENETRATION_M:
+            self.deep_since_s = None
+            return
         # Below the table, in the bin and on the floor, things land hard and sink in; that is harmless.
         below = contact.pos[:, 2] < world.workspace.support_z_m - _BELOW_M
         depths = np.where(below, 0.0, -contact.dist)
@@ -117,6 +116,10 @@ class Watchdog:
 
     def _check_speeds(self) -> None:
         world = self._world
+        if (
+            np.abs(world.data.qvel).max() <= 0.5 * _MAX_SPEED_M_S
+        ):  # in each direction, hence in all below the limit
+            return
         speeds = np.where(world.present, np.linalg.norm(world.velocities[:, :3], axis=1), 0.0)
         if speeds.max(initial=0.0) > _MAX_SPEED_M_S:
             limits = np.where(_may_fall(world), _MAX_FALLING_SPEED_M_S, _MAX_SPEED_M_S)

@@ -44,6 +44,7 @@ class DgSelectPlanner(TaskPlannerTraits):
     """Builds the dependency graph and takes the most probable sink with a valid grasp."""
 
     name = "dg-select"
+    reads_picture = False
 
     def __init__(self, config: DgSelectConfig | None = None) -> None:
         self.config = DgSelectConfig() if config is None else config

@@ -13,6 +13,7 @@ class RandomPlanner(TaskPlannerTraits):
     """Chooses uniformly among the visible objects with a valid grasp; a graspable target comes first."""
 
     name = "random"
+    reads_picture = False
 
     def decide(self, context: PlanningContext, rng: np.random.Generator) -> Decision:
         """Return the next object to pick, or None if nothing visible has a valid grasp."""

@@ -69,16 +69,24 @@ class TrialRecorder(TrialLog):
     """Writes events, pictures and the result of one trial while it happens, to a directory. Present = complete.
 
     Until `complete` the files stand in `<out>.partial`: after a crash or Ctrl-C that directory is readable. spec.json
-    is written at once. With `snapshots`, each one is also saved as a record (about 1 MB a pick). Raises InputError if
-    the directory exists (and not overwrite), is not a trial, cannot be written, or another process is writing it.
+    is written at once. With `pictures`, what the planner saw at each pick is written, too; with `snapshots`, each one
+    is also saved as a record (about 1 MB a pick). Raises InputError if the directory exists (and not overwrite), is not
+    a trial, cannot be written, or another process is writing it.
     """
 
     def __init__(
-        self, out: Path, spec: dict[str, Any], *, overwrite: bool = False, snapshots: bool = False
+        self,
+        out: Path,
+        spec: dict[str, Any],
+        *,
+        overwrite: bool = False,
+        pictures: bool = True,
+        snapshots: bool = False,
     ) -> None:
         super().__init__()
         check_place(out, overwrite, LOG, "trial")
-        self.out, self.partial, self.snapshots = out, out.with_name(out.name + PARTIAL), snapshots
+        self.out, self.partial = out, out.with_name(out.name + PARTIAL)
+        self.pictures, self.snapshots = pictures, snapshots
         self.frames: list[Frame] = []
         self._crop: Crop | None = None
         self._new = [parent for parent in out.parents if not parent.exists()]
@@ -97,6 +105,16 @@ class TrialRecorder(TrialLog):
         super().__call__(event)
         self._log.write(json.dumps(self.lines[-1].plain) + "\n")
         self._log.flush()
+        if self.pictures:
+            self._draw(event)
+        match event:
+            case Looked() if self.snapshots:
+                save_record(event.look.captures[0], self._pick_path(event.pick, "observation.npz"))
+            case Decided():
+                for number, picture in enumerate(event.decision.pictures):
+                    self._pick_path(event.pick, sent_name(number)).write_bytes(picture)
+
+    def _draw(self, event: Event) -> None:
         match event:
             case Looked():
                 scene = event.look.context.scene
@@ -104,16 +122,12 @@ class TrialRecorder(TrialLog):
                 write_png(self._pick_path(event.pick, SEEN), mark_image(scene))
                 write_png(self._pick_path(event.pick, PLAIN), scene.observation.rgb)
                 save_record(view_of(event.look.context), self._pick_path(event.pick, "view.npz"))
-                if self.snapshots:
-                    save_record(event.look.captures[0], self._pick_path(event.pick, "observation.npz"))
             case Decided():
                 scene, decision = event.look.context.scene, event.decision
                 # The planner may name an object that is not there; the choice is judged later.
                 chosen = decision.object_id if decision.object_id in scene.ids else None
                 cropped = mark_image(scene, highlight=chosen)[self._crop or ...]
                 self.frames.append(Frame(event.pick, cropped, chosen, decision.reason))
-                for number, picture in enumerate(decision.pictures):
-                    self._pick_path(event.pick, sent_name(number)).write_bytes(picture)
                 if (graph := draw_decision(decision)) is not None:
                     write_png(self._pick_path(event.pick, "graph.png"), graph)
                 if (belief := draw_belief(decision, scene)) is not None:

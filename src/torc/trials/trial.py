@@ -13,7 +13,7 @@ from torc.episode.bound import Bound
 from torc.episode.events import Event, Listener, Looked, Started
 from torc.episode.loop import run_episode
 from torc.episode.privileged import Privileged, Simulation, Truth, open_sandbox
-from torc.episode.simulated import episode_in, simulated_robot
+from torc.episode.simulated import episode_in, needs_color, simulated_robot
 from torc.episode.steps import EpisodeConfig
 from torc.errors import InputError, TorcError
 from torc.pipeline.building import System, build_system, sources
@@ -23,6 +23,7 @@ from torc.pipeline.warm_up import announced_compilation
 from torc.problems.problem import load_problem, robot_hint
 from torc.records import PlanningContext
 from torc.registry.kinds import PERCEPTIONS, TASK_PLANNERS
+from torc.registry.loading import is_shipped
 from torc.sim.robot import SimulatedRobot
 from torc.sim.simulated_world import World
 from torc.sim.stepping import Observer
@@ -62,12 +63,14 @@ class Recording:
     """What to keep of a trial beside events and pictures.
 
     Attributes:
+        pictures: write what the planner saw at each pick: pictures, and the view that `torc view` shows.
         video: write video.mp4.
         trajectory: write trajectory.npz with camera.mp4, for learning.
         snapshots: save each one as a record.
         observers: called with the world 25 times a simulated second.
     """
 
+    pictures: bool = True
     video: bool = False
     trajectory: bool = False
     snapshots: bool = False
@@ -135,9 +138,18 @@ def run_trial(
     recorder = (
         TrialLog()
         if out is None
-        else TrialRecorder(out, recorded, overwrite=overwrite, snapshots=recording.snapshots)
+        else TrialRecorder(
+            out,
+            recorded,
+            overwrite=overwrite,
+            pictures=recording.pictures,
+            snapshots=recording.snapshots,
+        )
     )
     recorder.asked = asked
+    kept = out is not None and (recording.pictures or recording.video or recording.snapshots)
+    reads_picture = TASK_PLANNERS.traits(planner).reads_picture
+    color = bool(kept or listeners or reads_picture or needs_color(system))
 
     def play() -> dict[str, Any]:
         with ExitStack() as stack:
@@ -147,7 +159,7 @@ def run_trial(
                 for each in observers:
                     each(world)
 
-            simulated = stack.enter_context(simulated_robot(system, problem, observer=observe))
+            simulated = stack.enter_context(simulated_robot(system, problem, color=color, observer=observe))
             films: list[VideoRecorder | TrajectoryRecorder] = []
             if recorder.directory is not None and recording.video:
                 film = VideoRecorder(recorder.directory / VIDEO, simulated.world)
@@ -218,8 +230,7 @@ def _play(
     started = Started(problem.name, planner.name, spec.seed, target, max_picks, names, absent, vlm)
     config = EpisodeConfig(max_picks, spec.seed)
     with announced_compilation(say):
-        rehearsal = episode_in(simulated, system, config).rehearse(planner)
-        view_of(rehearsal.context)  # what the recorder does with every look
+        _rehearse_once(spec, system, simulated, planner)
     with ExitStack() as stack:
         if privileged:
             sandbox = stack.enter_context(open_sandbox(problem, system, config))
@@ -235,6 +246,24 @@ def _play(
     if problem.absent:
         facts["target_absent"] = True
     return facts | {"bound": bound.value} if isinstance(bound, Bound) else facts
+
+
+_rehearsed: set[str] = set()
+"""Planners and conditions, as text, that this process has rehearsed."""
+
+
+def _rehearse_once(spec: TrialSpec, system: System, simulated: SimulatedRobot, planner: TaskPlanner) -> None:
+    """Rehearse, unless this process did it with these parts before: their kernels are loaded.
+
+    User-defined parts, and robots and workspaces from files, may load something for each trial: they always rehearse.
+    """
+    parts = repr((spec.planner, spec.conditions))
+    if parts in _rehearsed:
+        return
+    rehearsal = episode_in(simulated, system, EpisodeConfig()).rehearse(planner)
+    view_of(rehearsal.context)  # what the recorder does with every look
+    if is_shipped(TASK_PLANNERS, spec.planner.name) and not sources(spec.conditions):
+        _rehearsed.add(parts)
 
 
 def _result(facts: dict[str, Any]) -> TrialResult:

@@ -4,6 +4,7 @@ import importlib.metadata
 import platform
 import sys
 from collections.abc import Iterable, Mapping
+from functools import cache
 
 import torc
 
@@ -13,12 +14,16 @@ _VERSIONED = ("numpy", "scipy", "numba", "mujoco-core")
 def versions() -> dict[str, str]:
     """Return the versions of torc, Python, and the libraries that compute."""
     found = {"torc": torc.__version__, "python": platform.python_version(), "platform": sys.platform}
-    for name in _VERSIONED:
-        try:
-            found[name] = importlib.metadata.version(name)
-        except importlib.metadata.PackageNotFoundError:
-            continue
-    return found
+    return found | {name: version for name in _VERSIONED if (version := version_of(name))}
+
+
+@cache
+def version_of(package: str) -> str:
+    """Return the version of an installed package; "" if it is missing."""
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return ""
 
 
 def versions_text(found: Mapping[str, str]) -> str:

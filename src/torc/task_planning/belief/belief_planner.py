@@ -32,6 +32,7 @@ class BeliefPlanner(TaskPlannerTraits):
     """Keeps particles of where the target may be, and searches for the order of removals that reveals and frees it."""
 
     name = "belief"
+    reads_picture = False
 
     def __init__(self, config: BeliefConfig | None = None) -> None:
         self.config = BeliefConfig() if config is None else config

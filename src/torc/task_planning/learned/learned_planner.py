@@ -80,6 +80,7 @@ class LearnedPlanner(TaskPlannerTraits):
     """Ranks graspable objects by a logistic regression over what DG-SELECT and BELIEF compute."""
 
     name = "learned"
+    reads_picture = False
 
     def __init__(self, config: LearnedConfig | None = None) -> None:
         """Load the model. Raises InputError if it cannot be used."""
