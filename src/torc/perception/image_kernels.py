@@ -203,3 +203,21 @@ def lift_pixels(depth, pixels, K, T_world_camera):
         for k in range(3):
             points[i, k] = T[k, 0] * x + T[k, 1] * y + T[k, 2] * z + T[k, 3]
     return points
+
+
+@njit(cache=True, nogil=True)
+def heights_within(depth, K, T_world_camera, outline):
+    """Return the world's z per pixel; NaN without a reading or outside an outline of rows (least x, y; most x, y)."""
+    T, (height, width) = T_world_camera, depth.shape
+    out = np.full((height, width), np.nan)
+    for row in range(height):
+        for col in range(width):
+            z = float(depth[row, col])
+            if z <= 0:
+                continue
+            x, y = (col - K[0, 2]) / K[0, 0] * z, (row - K[1, 2]) / K[1, 1] * z
+            at_x = T[0, 0] * x + T[0, 1] * y + T[0, 2] * z + T[0, 3]
+            at_y = T[1, 0] * x + T[1, 1] * y + T[1, 2] * z + T[1, 3]
+            if outline[0, 0] <= at_x <= outline[1, 0] and outline[0, 1] <= at_y <= outline[1, 1]:
+                out[row, col] = T[2, 0] * x + T[2, 1] * y + T[2, 2] * z + T[2, 3]
+    return out

@@ -186,18 +186,16 @@ def _join(sums, pairs, least, min_pairs):
         alive[b], best_mean[b] = False, -1.0
         owner[owner == b] = a
         for c in range(count):
-            if alive[c] and c != a:
-                sums[a, c] += sums[b, c]
-                pairs[a, c] += pairs[b, c]
-                sums[c, a], pairs[c, a] = sums[a, c], pairs[a, c]
-        _find_best(a, sums, pairs, alive, best, best_mean, min_pairs)
-        for c in range(count):
-            if not alive[c] or c == a:
+            if pairs[b, c] == 0 or not alive[c] or c == a:
                 continue
+            sums[a, c] += sums[b, c]
+            pairs[a, c] += pairs[b, c]
+            sums[c, a], pairs[c, a] = sums[a, c], pairs[a, c]
             if best[c] == a or best[c] == b:
                 _find_best(c, sums, pairs, alive, best, best_mean, min_pairs)
             elif pairs[c, a] >= min_pairs and sums[c, a] > best_mean[c] * pairs[c, a]:
                 best[c], best_mean[c] = a, sums[c, a] / pairs[c, a]
+        _find_best(a, sums, pairs, alive, best, best_mean, min_pairs)
 
 
 @njit(cache=True)
