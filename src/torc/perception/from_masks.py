@@ -37,6 +37,7 @@ from torc.records import BACKGROUND, MAX_OBJECTS, KnownObject, Observation, Segm
 from torc.registry.kinds import PerceptionTraits
 from torc.registry.loading import kind_of_value
 from torc.registry.settings import ConfigTraits
+from torc.side_by_side import shares, side_by_side
 from torc.workspace.description import Workspace
 from torc.workspace.workspace_files import load_workspace
 
@@ -213,7 +214,8 @@ class FromMasks(ABC, PerceptionTraits):
         """Return the probability of each object in sight to be the target, by reference pictures."""
         pixels, stretched = [o.pixel_count for o in found.objects], None
         if wanted.size_m is not None:
-            stretched = stretch([size_in_sight(o.points) for o in found.objects], wanted.size_m)
+            sizes_m = side_by_side(size_in_sight, [o.points for o in found.objects])
+            stretched = stretch(sizes_m, wanted.size_m)
         references = self._described(wanted)
         return target_probabilities(looks, pixels, references, self.config.target, stretched, brought_odds)
 
@@ -243,7 +245,11 @@ def _looks(
 ) -> Float32[np.ndarray, "n d"]:
     if not masks:
         return np.zeros((0, 1), np.float32)
-    return describe(np.stack([crop(observation.rgb, label == m) for m in masks]), threads)
+    looks = side_by_side(
+        lambda some: describe(np.stack([crop(observation.rgb, label == m) for m in masks[some]]), threads),
+        shares(len(masks)),
+    )
+    return np.concatenate(looks)
 
 
 def _at_most(

@@ -67,6 +67,23 @@ def find_pieces(depth, label, slope):
 
 
 @njit(cache=True)
+def measure_pieces(piece, count, depth, label, inside_px):
+    """Return per piece: pixels, label, how far it reaches into its mask, and its least and greatest depth."""
+    size, owner, reach = np.zeros(count, np.int64), np.zeros(count, np.int64), np.zeros(count, np.float32)
+    near_m, far_m = np.full(count, np.inf, np.float32), np.zeros(count, np.float32)
+    for row in range(piece.shape[0]):
+        for col in range(piece.shape[1]):
+            k = piece[row, col]
+            if k >= 0:
+                size[k] += 1
+                owner[k] = label[row, col]
+                reach[k] = max(reach[k], inside_px[row, col])
+                near_m[k] = min(near_m[k], depth[row, col])
+                far_m[k] = max(far_m[k], depth[row, col])
+    return size, owner, reach, near_m, far_m
+
+
+@njit(cache=True)
 def keep_objects(depth, label, wanted, slope, stride):
     """Return the pixels of the wanted ids that have a reading and lie on their object's surface."""
     height, width = depth.shape
@@ -165,15 +182,19 @@ def _better_fit(planes, residuals, index, depth, pixel, i, radius):
     return best
 
 
+@njit(cache=True, nogil=True)
+def fit_planes(depth, label, pixels, slope, radius, planes, residuals):
+    """Write each pixel's plane and its residual, see `_fit_plane`."""
+    for i in range(pixels.shape[0]):
+        residuals[i] = _fit_plane(depth, label, pixels[i, 0], pixels[i, 1], slope, radius, planes[i])
+
+
 @njit(cache=True)
-def estimate_normals(depth, label, pixels, K, R_world_camera, slope, radius):
+def normals_of_planes(planes, residuals, depth, pixels, K, R_world_camera, radius):
     """Return unit normals towards the camera, world frame; the direction to the camera if no plane fits."""
     n = pixels.shape[0]
-    planes = np.zeros((n, 3))
-    residuals = np.empty(n)
     index = np.full(depth.shape, -1, np.int32)
     for i in range(n):
-        residuals[i] = _fit_plane(depth, label, pixels[i, 0], pixels[i, 1], slope, radius, planes[i])
         index[pixels[i, 0], pixels[i, 1]] = i
     R = R_world_camera
     normals = np.empty((n, 3), np.float32)

@@ -9,11 +9,13 @@ from jaxtyping import Bool, Float32, Int16, Int32
 from torc.errors import InputError
 from torc.geometry.transforms import finer, kernel_array
 from torc.perception.image_kernels import (
-    estimate_normals,
     find_pieces,
+    fit_planes,
     keep_background,
     keep_objects,
     lift_pixels,
+    measure_pieces,
+    normals_of_planes,
 )
 from torc.perception.protocol import Wanted
 from torc.records import (
@@ -27,6 +29,7 @@ from torc.records import (
 )
 from torc.registry.kinds import PerceptionTraits
 from torc.registry.settings import ConfigTraits
+from torc.side_by_side import shares, side_by_side
 
 
 @dataclass(frozen=True)
@@ -200,27 +203,19 @@ def _torn_off(
     piece, count = find_pieces(depth, label, slope)
     if count == 0:
         return np.zeros(depth.shape, dtype=bool)
-    there = piece >= 0
     edge = np.zeros(label.shape, dtype=bool)
     for a, b in ((slice(1, None), slice(None, -1)), (slice(None, -1), slice(1, None))):
         edge[a] |= label[a] != label[b]
         edge[:, a] |= label[:, a] != label[:, b]
     inside_px = cv2.distanceTransform((~edge).view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5)
-    pieces = piece[there]
-    size = np.bincount(pieces, minlength=count)
-    reach, owner = np.zeros(count, np.float32), np.zeros(count, np.int64)
-    np.maximum.at(reach, pieces, inside_px[there])
-    owner[pieces] = label[there]
-    near_m, far_m = np.full(count, np.inf, np.float32), np.zeros(count, np.float32)
-    np.minimum.at(near_m, pieces, depth[there])
-    np.maximum.at(far_m, pieces, depth[there])
+    size, owner, reach, near_m, far_m = measure_pieces(piece, count, depth, label, inside_px)
     # Ascending sizes: the largest of each mask's pieces is set last.
     largest, order = np.zeros(MAX_OBJECTS, np.int64), np.argsort(size, kind="stable")
     largest[owner[order]] = order
     main = largest[owner]
     behind = (_TINY * size < size[main]) & (near_m > far_m[main])
     torn = (2 * size < size[main]) & (reach < np.where(behind, 2 * piece_px, piece_px))
-    return there & torn[np.maximum(piece, 0)]
+    return np.append(torn, False)[piece]
 
 
 def _rims(
@@ -254,7 +249,12 @@ def _objects(
     order = np.argsort(labels, kind="stable")
     pixels, labels = kernel_array(pixels[order], np.int32), labels[order]
     K, R = kernel_array(observation.K), kernel_array(observation.T_world_camera[:3, :3])
-    normals = estimate_normals(depth, label, pixels, K, R, slope, config.normal_radius_px)
+    planes, residuals, radius = np.zeros((len(pixels), 3)), np.empty(len(pixels)), config.normal_radius_px
+    side_by_side(
+        lambda s: fit_planes(depth, label, pixels[s], slope, radius, planes[s], residuals[s]),
+        shares(len(pixels)),
+    )
+    normals = normals_of_planes(planes, residuals, depth, pixels, K, R, radius)
     points = _points(observation, depth, pixels)
     ids, first = np.unique(labels, return_index=True)
     last = np.append(first[1:], len(labels))

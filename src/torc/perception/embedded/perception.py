@@ -21,6 +21,7 @@ from torc.perception.from_masks import FromMasks, FromMasksConfig, Masks
 from torc.perception.protocol import Wanted
 from torc.perception.segmentation import valid_depth
 from torc.records import Observation
+from torc.side_by_side import side_by_side
 from torc.workspace.description import Workspace
 
 
@@ -96,8 +97,8 @@ def both_ways(
     """Return the network's mean output for a picture and its mirror image, in the picture's own pixels."""
     image = np.ascontiguousarray(inputs[..., ::-1])
     image[_ACROSS] = -image[_ACROSS]
-    out = network(inputs)
-    return np.float32(0.5) * (out + unmirrored(network(image), out))
+    out, turned = side_by_side(network, [inputs, image])
+    return np.float32(0.5) * (out + unmirrored(turned, out))
 
 
 def unmirrored(
