@@ -33,7 +33,7 @@ class Bridged(NamedTuple):
     source: Int32[np.ndarray, "h w"]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def bridge_holes(depth, label, focal_px, hole_rad):
     """Bridge pixels that lie in a small hole: between two readings of a row, a column or a diagonal.
 
