@@ -25,7 +25,8 @@ from torc.occlusion.projection_kernels import (
     project_voxels,
     vote_labels,
 )
-from torc.records import BACKGROUND, EMPTY, OcclusionVolume, SegmentedScene, VoxelGrid
+from torc.perception.image_kernels import looked_up
+from torc.records import BACKGROUND, EMPTY, MAX_OBJECTS, OcclusionVolume, SegmentedScene, VoxelGrid
 from torc.side_by_side import side_by_side
 
 
@@ -174,7 +175,7 @@ def _rays(
     readings, label = np.minimum(readings, np.float32(config.max_depth_m)), _labels(scene, config)
     K = scene.observation.K
     depth_m, source = bridge_holes(readings, label, float(min(K[0, 0], K[1, 1])), config.hole_rad)
-    label = label.ravel()[source]
+    label = looked_up(label.ravel(), source)
     bridged = np.argwhere((readings == 0) & (depth_m > 0) & (label >= 0))
     if config.empty_pixels_are_free:
         depth_m[(depth_m == 0) & (label == BACKGROUND)] = config.max_depth_m
@@ -182,8 +183,8 @@ def _rays(
         depth_m = cv2.medianBlur(depth_m, _smooth_px(scene, config))
     rays = (
         kernel_array(depth_m, np.float32),
-        kernel_array(_bits_by_label(scene)[label.astype(np.uint8)], np.uint64),
-        kernel_array(_disturbed_pixels(volume, scene, config).ravel()[source], np.bool_),
+        looked_up(_bits_by_label(scene), label),
+        looked_up(_disturbed_pixels(volume, scene, config).ravel(), source),
     )
     return rays, kernel_array(bridged, np.int32)
 
@@ -212,9 +213,9 @@ def _smooth_px(scene: SegmentedScene, config: OcclusionConfig) -> int:
     return min(2 * round(s * config.smooth_px / 2 - 0.5) + 1, 5)
 
 
-def _bits_by_label(scene: SegmentedScene) -> UInt64[np.ndarray, "256"]:
-    """Return the bit of each object, by label; 0 for the robot, the background and objects not reported."""
-    bits = np.zeros(256, dtype=np.uint64)
+def _bits_by_label(scene: SegmentedScene) -> UInt64[np.ndarray, "n"]:
+    """Return the bit of each object, by label; 0 for objects not reported and, from the end, background and robot."""
+    bits = np.zeros(MAX_OBJECTS + 2, dtype=np.uint64)
     for i in scene.ids:
         bits[i] = np.uint64(1) << np.uint64(i)
     return bits
@@ -261,8 +262,8 @@ def _right_view(
     T_right_world[0, 3] -= view.pair.baseline_m
     depth_m, source = _to_right(readings, float(K[0, 0]) * view.pair.baseline_m)
     depth_m = np.minimum(depth_m, np.float32(config.max_depth_m))
-    label = np.append(scene.label_image.ravel(), np.int16(BACKGROUND))[source]
-    bits = _bits_by_label(scene)[label.astype(np.uint8)]
+    label = looked_up(np.append(scene.label_image.ravel(), np.int16(BACKGROUND)), source)
+    bits = looked_up(_bits_by_label(scene), label)
     origin, undisturbed = kernel_array(grid.origin), np.zeros(depth_m.shape, np.bool_)
     state, hidden_by, _ = project_voxels(
         grid.shape,

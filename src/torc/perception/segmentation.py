@@ -9,13 +9,16 @@ from jaxtyping import Bool, Float32, Int16, Int32
 from torc.errors import InputError
 from torc.geometry.transforms import finer, kernel_array
 from torc.perception.image_kernels import (
+    background_pixels,
+    count_labels,
     find_pieces,
     fit_planes,
-    keep_background,
-    keep_objects,
+    lies_within,
     lift_pixels,
+    looked_up,
     measure_pieces,
     normals_of_planes,
+    object_pixels,
 )
 from torc.perception.protocol import Wanted
 from torc.records import (
@@ -139,14 +142,14 @@ def segment(
         observation = replace(observation, depth_m=np.where(torn, np.float32(0), observation.depth_m))
     large = counts >= config.min_pixels
     large[TARGET_ID] = counts[TARGET_ID] >= config.min_target_pixels
-    pixels = kernel_array(np.argwhere(keep_objects(depth, label, large, slope, config.stride)), np.int32)
+    pixels = object_pixels(depth, label, large, slope, config.stride)
     point_counts = np.bincount(label[pixels[:, 0], pixels[:, 1]], minlength=MAX_OBJECTS)
     reported = large & (point_counts >= config.min_points)
     if np.any(reported != large):
         pixels = pixels[reported[label[pixels[:, 0], pixels[:, 1]]]]
     objects = _objects(observation, depth, label, pixels, counts, slope, config)
-    kept = keep_background(depth, label, reported, slope, config.background_stride)
-    background = kernel_array(np.argwhere(kept & ~_rims(label, reported, config.rim_px)), np.int32)
+    rims = _rims(label, reported, config.rim_px)
+    background = background_pixels(depth, label, reported, rims, slope, config.background_stride)
     return SegmentedScene(
         observation=observation,
         label_image=label_image,
@@ -193,7 +196,7 @@ def _pixel_counts(observation: Observation, label_image: np.ndarray) -> np.ndarr
         raise InputError(
             f"The label image is empty or holds labels outside {low}..{high}; renumber the objects."
         )
-    return np.bincount(label_image.ravel().astype(np.int64) - low, minlength=MAX_OBJECTS - low)[-low:]
+    return np.asarray(count_labels(kernel_array(label_image, np.int16), MAX_OBJECTS))
 
 
 def _torn_off(
@@ -203,11 +206,7 @@ def _torn_off(
     piece, count = find_pieces(depth, label, slope)
     if count == 0:
         return np.zeros(depth.shape, dtype=bool)
-    edge = np.zeros(label.shape, dtype=bool)
-    for a, b in ((slice(1, None), slice(None, -1)), (slice(None, -1), slice(1, None))):
-        edge[a] |= label[a] != label[b]
-        edge[:, a] |= label[:, a] != label[:, b]
-    inside_px = cv2.distanceTransform((~edge).view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5)
+    inside_px = cv2.distanceTransform(lies_within(label), cv2.DIST_L2, cv2.DIST_MASK_5)
     size, owner, reach, near_m, far_m = measure_pieces(piece, count, depth, label, inside_px)
     # Ascending sizes: the largest of each mask's pieces is set last.
     largest, order = np.zeros(MAX_OBJECTS, np.int64), np.argsort(size, kind="stable")
@@ -215,7 +214,7 @@ def _torn_off(
     main = largest[owner]
     behind = (_TINY * size < size[main]) & (near_m > far_m[main])
     torn = (2 * size < size[main]) & (reach < np.where(behind, 2 * piece_px, piece_px))
-    return np.append(torn, False)[piece]
+    return np.asarray(looked_up(np.append(torn, False), piece))
 
 
 def _rims(
@@ -224,7 +223,8 @@ def _rims(
     """Return the pixels within rim_px of a reported object's mask, including the masks."""
     if rim_px == 0:
         return np.zeros(label.shape, dtype=bool)
-    masks = (label >= 0) & reported[np.maximum(label, 0)]
+    # The background's and the robot's numbers, below 0, are looked up from the end.
+    masks = looked_up(np.append(reported, [False, False]), label)
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * rim_px + 1, 2 * rim_px + 1))
     return np.asarray(cv2.dilate(masks.view(np.uint8), kernel), dtype=bool)
 

@@ -148,7 +148,8 @@ def support_roughness(height: Float[np.ndarray, "..."]) -> float:
 
     NaN does not count.
     """
-    flat = np.abs(height[np.abs(height) < _SUPPORT_M])
+    flat = np.abs(height)
+    flat = flat[flat < _SUPPORT_M]
     return 1.48 * float(np.median(flat)) if len(flat) else 0.0
 
 

@@ -82,7 +82,7 @@ def uncut(
         np.clip(np.rint((np.arange(len(n)) + 0.5) * window.scale - 0.5), 0, size - 1).astype(np.int64)
         for n, size in ((rows, height), (cols, width))
     )
-    out[rows[:, None], cols] = label[to_rows[:, None], to_cols]
+    out[rows[0] : rows[-1] + 1, cols[0] : cols[-1] + 1] = label[to_rows][:, to_cols]
     return out
 
 
