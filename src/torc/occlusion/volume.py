@@ -110,11 +110,12 @@ def update_volume(
     grid = volume.grid
     surface = surface_labels(grid, scene, config)
     readings = _readings(scene, config)
-    views: list[Callable[..., Any]] = [_left_view, *([] if scene.observation.pair is None else [_right_view])]
-    left, *right = side_by_side(lambda project: project(volume, scene, readings, config), views)
+    views: list[Callable[..., Any]] = [_left_view, _right_view]
+    left, right = side_by_side(lambda view: view(volume, scene, readings, config), views)
     state, bits, near_behind = left
     seen_now = (state == FREE) | (surface != EMPTY)
-    for free, hidden_by in right:
+    if right is not None:
+        free, hidden_by = right
         seen_now |= free
         bits = np.where((state == NO_READING) & (bits == 0), hidden_by, bits)
     if config.out_of_view_is_free:
@@ -247,7 +248,7 @@ def _right_view(
     scene: SegmentedScene,
     readings: Float32[np.ndarray, "h w"],
     config: OcclusionConfig,
-) -> tuple[Bool[np.ndarray, "nx ny nz"], UInt64[np.ndarray, "nx ny nz"]]:
+) -> tuple[Bool[np.ndarray, "nx ny nz"], UInt64[np.ndarray, "nx ny nz"]] | None:
     """Return which voxels the right camera of a view's pair saw through, and the bits of what hides others from it.
 
     A reading is a point that both cameras saw, so nothing lies between it and either of them. That matters most beside
@@ -257,6 +258,8 @@ def _right_view(
     `readings` are the left camera's depth, made from the pair.
     """
     grid, view = volume.grid, scene.observation
+    if view.pair is None:
+        return None
     K = kernel_array(view.K)
     T_right_world = invert(view.T_world_camera)
     T_right_world[0, 3] -= view.pair.baseline_m

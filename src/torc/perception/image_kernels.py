@@ -125,7 +125,12 @@ def object_pixels(depth, label, wanted, slope, stride):
     for row in range(0, height, stride):
         for col in range(0, width, stride):
             k = label[row, col]
-            if k >= 0 and wanted[k] and depth[row, col] > 0 and not _edge_point(depth, label, row, col, slope):
+            if (
+                k >= 0
+                and wanted[k]
+                and depth[row, col] > 0
+                and not _edge_point(depth, label, row, col, slope)
+            ):
                 pixels[n] = row, col
                 n += 1
     return pixels[:n].copy()
@@ -231,16 +236,14 @@ def fit_planes(depth, label, pixels, slope, radius, planes, residuals):
         residuals[i] = _fit_plane(depth, label, pixels[i, 0], pixels[i, 1], slope, radius, planes[i])
 
 
-@njit(cache=True)
-def normals_of_planes(planes, residuals, depth, pixels, K, R_world_camera, radius):
-    """Return unit normals towards the camera, world frame; the direction to the camera if no plane fits."""
-    n = pixels.shape[0]
-    index = np.full(depth.shape, -1, np.int32)
-    for i in range(n):
-        index[pixels[i, 0], pixels[i, 1]] = i
+@njit(cache=True, nogil=True)
+def point_normals(planes, residuals, index, depth, pixels, first, K, R_world_camera, radius, normals):
+    """Write unit normals towards the camera, world frame, of the pixels from `first` on; the direction to the camera if
+    no plane fits.
+    """
     R = R_world_camera
-    normals = np.empty((n, 3), np.float32)
-    for i in range(n):
+    for n in range(normals.shape[0]):
+        i = first + n
         j = _better_fit(planes, residuals, index, depth, pixels, i, radius) if residuals[i] >= 0 else i
         u, v = pixels[j, 1] - K[0, 2], pixels[j, 0] - K[1, 2]
         if residuals[j] >= 0:
@@ -251,8 +254,7 @@ def normals_of_planes(planes, residuals, depth, pixels, K, R_world_camera, radiu
             x, y, z = -u / K[0, 0], -v / K[1, 1], -1.0
         length = np.sqrt(x * x + y * y + z * z)
         for k in range(3):
-            normals[i, k] = (R[k, 0] * x + R[k, 1] * y + R[k, 2] * z) / length
-    return normals
+            normals[n, k] = (R[k, 0] * x + R[k, 1] * y + R[k, 2] * z) / length
 
 
 @njit(cache=True)

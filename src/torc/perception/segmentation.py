@@ -17,8 +17,8 @@ from torc.perception.image_kernels import (
     lift_pixels,
     looked_up,
     measure_pieces,
-    normals_of_planes,
     object_pixels,
+    point_normals,
 )
 from torc.perception.protocol import Wanted
 from torc.records import (
@@ -203,9 +203,14 @@ def _torn_off(
     depth: Float32[np.ndarray, "h w"], label: Int16[np.ndarray, "h w"], slope: float, piece_px: int
 ) -> Bool[np.ndarray, "h w"]:
     """Return the pixels of pieces that lie along their mask's edge and are connected to nothing within it."""
+    torn_off = np.zeros(depth.shape, dtype=bool)
+    col, row, width, height = cv2.boundingRect((label >= 0).view(np.uint8))
+    # One pixel more, so that edges on its border are seen.
+    box = slice(max(row - 1, 0), row + height + 1), slice(max(col - 1, 0), col + width + 1)
+    depth, label = depth[box].copy(), label[box].copy()
     piece, count = find_pieces(depth, label, slope)
     if count == 0:
-        return np.zeros(depth.shape, dtype=bool)
+        return torn_off
     inside_px = cv2.distanceTransform(lies_within(label), cv2.DIST_L2, cv2.DIST_MASK_5)
     size, owner, reach, near_m, far_m = measure_pieces(piece, count, depth, label, inside_px)
     # Ascending sizes: the largest of each mask's pieces is set last.
@@ -214,7 +219,8 @@ def _torn_off(
     main = largest[owner]
     behind = (_TINY * size < size[main]) & (near_m > far_m[main])
     torn = (2 * size < size[main]) & (reach < np.where(behind, 2 * piece_px, piece_px))
-    return np.asarray(looked_up(np.append(torn, False), piece))
+    torn_off[box] = looked_up(np.append(torn, False), piece)
+    return torn_off
 
 
 def _rims(
@@ -249,12 +255,16 @@ def _objects(
     order = np.argsort(labels, kind="stable")
     pixels, labels = kernel_array(pixels[order], np.int32), labels[order]
     K, R = kernel_array(observation.K), kernel_array(observation.T_world_camera[:3, :3])
-    planes, residuals, radius = np.zeros((len(pixels), 3)), np.empty(len(pixels)), config.normal_radius_px
+    count, radius = len(pixels), config.normal_radius_px
+    planes, residuals, normals = np.zeros((count, 3)), np.empty(count), np.empty((count, 3), np.float32)
+    index = np.full(depth.shape, -1, np.int32)
+    index[pixels[:, 0], pixels[:, 1]] = np.arange(count)
+    parts = shares(count)
+    side_by_side(lambda s: fit_planes(depth, label, pixels[s], slope, radius, planes[s], residuals[s]), parts)
     side_by_side(
-        lambda s: fit_planes(depth, label, pixels[s], slope, radius, planes[s], residuals[s]),
-        shares(len(pixels)),
+        lambda s: point_normals(planes, residuals, index, depth, pixels, s.start, K, R, radius, normals[s]),
+        parts,
     )
-    normals = normals_of_planes(planes, residuals, depth, pixels, K, R, radius)
     points = _points(observation, depth, pixels)
     ids, first = np.unique(labels, return_index=True)
     last = np.append(first[1:], len(labels))
