@@ -17,8 +17,7 @@ from torc.errors import TorcError
 
 _PR_SET_PDEATHSIG = 1
 _THREADS = "OMP_NUM_THREADS"
-_OTHERS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS", "OPENCV_FOR_THREADS_NUM")
-_ONE_THREAD = (_THREADS, *_OTHERS)
+_LIBRARIES = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS", "OPENCV_FOR_THREADS_NUM")
 
 
 def threads() -> int:
@@ -39,12 +38,13 @@ def one_thread_each() -> Iterator[None]:
     They share the cores: threads of the linear algebra would only wait for each other, which costs a third of the time.
     Sums also no longer depend on the number of cores. The libraries read the environment when they are loaded.
     """
-    before = {name: os.environ.pop(name) for name in _ONE_THREAD if name in os.environ}
-    os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))
+    names = (_THREADS, *_LIBRARIES)
+    before = {name: os.environ.pop(name) for name in names if name in os.environ}
+    os.environ.update(dict.fromkeys(names, "1"))
     try:
         yield
     finally:
-        for name in _ONE_THREAD:
+        for name in names:
             os.environ.pop(name, None)
         os.environ.update(before)
 

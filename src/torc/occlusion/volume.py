@@ -130,7 +130,7 @@ def surface_labels(
 ) -> Int16[np.ndarray, "nx ny nz"]:
     """Return, per voxel, the id of most of its surface points; objects win over the background; EMPTY elsewhere."""
     config = OcclusionConfig() if config is None else config
-    origin, voxel_m = kernel_array(grid.origin), float(grid.voxel_size_m)
+    origin, voxel_m = _place(grid)
     label = np.full(grid.shape, EMPTY, dtype=np.int16)
     votes = np.zeros(grid.shape, dtype=np.int32)
     for o in scene.objects:
@@ -142,6 +142,10 @@ def surface_labels(
     return np.where(label == EMPTY, background, label)
 
 
+def _place(grid: VoxelGrid) -> tuple[np.ndarray, float]:
+    return kernel_array(grid.origin), float(grid.voxel_size_m)
+
+
 def _left_view(
     volume: OcclusionVolume,
     scene: SegmentedScene,
@@ -149,11 +153,10 @@ def _left_view(
     config: OcclusionConfig,
 ) -> tuple[UInt8[np.ndarray, "nx ny nz"], UInt64[np.ndarray, "nx ny nz"], Bool[np.ndarray, "nx ny nz"]]:
     """Return how the camera sees each voxel, see `project_voxels`; `readings` are its depth."""
-    grid, view = volume.grid, scene.observation
+    view, (origin, voxel_m) = scene.observation, _place(volume.grid)
     rays, bridged = _rays(volume, scene, readings, config)
-    origin, voxel_m, K = kernel_array(grid.origin), float(grid.voxel_size_m), kernel_array(view.K)
-    T_camera_world = kernel_array(invert(view.T_world_camera))
-    seen = project_voxels(grid.shape, origin, voxel_m, T_camera_world, K, *rays, config.object_depth_m)
+    K, T_camera_world = kernel_array(view.K), kernel_array(invert(view.T_world_camera))
+    seen = project_voxels(volume.grid.shape, origin, voxel_m, T_camera_world, K, *rays, config.object_depth_m)
     hold_bridged(bridged, *rays, K, kernel_array(view.T_world_camera), origin, voxel_m, *seen)
     return seen
 
@@ -232,7 +235,7 @@ def _disturbed_pixels(
     disturbed = np.zeros(scene.label_image.shape, dtype=bool)
     if volume.snapshots == 0:
         return disturbed
-    origin, voxel_m = kernel_array(volume.grid.origin), float(volume.grid.voxel_size_m)
+    origin, voxel_m = _place(volume.grid)
     seen, surface = kernel_array(volume.seen, np.bool_), kernel_array(volume.surface_label, np.int16)
     for o in scene.objects:
         moved = points_in_free_space(kernel_array(o.points, np.float32), origin, voxel_m, seen, surface)
@@ -257,28 +260,16 @@ def _right_view(
 
     `readings` are the left camera's depth, made from the pair.
     """
-    grid, view = volume.grid, scene.observation
+    view, (origin, voxel_m) = scene.observation, _place(volume.grid)
     if view.pair is None:
         return None
-    K = kernel_array(view.K)
-    T_right_world = invert(view.T_world_camera)
+    K, T_right_world = kernel_array(view.K), kernel_array(invert(view.T_world_camera))
     T_right_world[0, 3] -= view.pair.baseline_m
     depth_m, source = _to_right(readings, float(K[0, 0]) * view.pair.baseline_m)
     depth_m = np.minimum(depth_m, np.float32(config.max_depth_m))
     label = looked_up(np.append(scene.label_image.ravel(), np.int16(BACKGROUND)), source)
-    bits = looked_up(_bits_by_label(scene), label)
-    origin, undisturbed = kernel_array(grid.origin), np.zeros(depth_m.shape, np.bool_)
-    state, hidden_by, _ = project_voxels(
-        grid.shape,
-        origin,
-        float(grid.voxel_size_m),
-        kernel_array(T_right_world),
-        K,
-        depth_m,
-        bits,
-        undisturbed,
-        0.0,
-    )
+    rays = depth_m, looked_up(_bits_by_label(scene), label), np.zeros(depth_m.shape, np.bool_)
+    state, hidden_by, _ = project_voxels(volume.grid.shape, origin, voxel_m, T_right_world, K, *rays, 0.0)
     return state == FREE, hidden_by
 
 

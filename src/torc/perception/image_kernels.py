@@ -29,20 +29,6 @@ def looked_up(table, image):
 
 
 @njit(cache=True)
-def lies_within(label):
-    """Return 1 for pixels whose four neighbours have their label, 0 for others."""
-    height, width = label.shape
-    out = np.ones((height, width), np.uint8)
-    for row in range(height):
-        for col in range(width):
-            if row > 0 and label[row, col] != label[row - 1, col]:
-                out[row, col] = out[row - 1, col] = 0
-            if col > 0 and label[row, col] != label[row, col - 1]:
-                out[row, col] = out[row, col - 1] = 0
-    return out
-
-
-@njit(cache=True)
 def _edge_point(depth, label, row, col, slope):
     """Check whether a pixel with a reading belongs to no surface, or to another one than its label says.
 

@@ -13,7 +13,6 @@ from torc.perception.image_kernels import (
     count_labels,
     find_pieces,
     fit_planes,
-    lies_within,
     lift_pixels,
     looked_up,
     measure_pieces,
@@ -211,7 +210,11 @@ def _torn_off(
     piece, count = find_pieces(depth, label, slope)
     if count == 0:
         return torn_off
-    inside_px = cv2.distanceTransform(lies_within(label), cv2.DIST_L2, cv2.DIST_MASK_5)
+    inner = np.ones(label.shape, np.uint8)
+    for a, b in ((slice(1, None), slice(None, -1)), (slice(None, -1), slice(1, None))):
+        inner[a] &= label[a] == label[b]
+        inner[:, a] &= label[:, a] == label[:, b]
+    inside_px = cv2.distanceTransform(inner, cv2.DIST_L2, cv2.DIST_MASK_5)
     size, owner, reach, near_m, far_m = measure_pieces(piece, count, depth, label, inside_px)
     # Ascending sizes: the largest of each mask's pieces is set last.
     largest, order = np.zeros(MAX_OBJECTS, np.int64), np.argsort(size, kind="stable")
