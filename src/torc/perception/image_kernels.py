@@ -104,42 +104,12 @@ def measure_pieces(piece, count, depth, label, inside_px):
 
 
 @njit(cache=True)
-def object_pixels(depth, label, wanted, slope, stride):
-    """Return row and column of the pixels of the wanted ids that have a reading and lie on their object's surface."""
-    height, width = depth.shape
-    pixels, n = np.empty((height * width, 2), np.int32), 0
-    for row in range(0, height, stride):
-        for col in range(0, width, stride):
-            k = label[row, col]
-            if (
-                k >= 0
-                and wanted[k]
-                and depth[row, col] > 0
-                and not _edge_point(depth, label, row, col, slope)
-            ):
-                pixels[n] = row, col
-                n += 1
-    return pixels[:n].copy()
-
-
-@njit(cache=True)
-def background_pixels(depth, label, reported, left_out, slope, stride):
-    """Return row and column of every stride-th surface pixel of the background (label -1), and of every one of objects
-    not reported, but for those left out.
-    """
-    height, width = depth.shape
-    pixels, n = np.empty((height * width, 2), np.int32), 0
-    on_column = np.zeros(width, np.bool_)
-    on_column[::stride] = True
-    for row in range(height):
-        on_row = row % stride == 0
-        for col in range(width):
-            k = label[row, col]
-            if k == -1 and not (on_row and on_column[col]):
-                continue
-            if k < -1 or depth[row, col] == 0 or (k >= 0 and reported[k]) or left_out[row, col]:
-                continue
-            if not _edge_point(depth, label, row, col, slope):
+def surface_pixels(depth, label, wanted, slope):
+    """Return row and column of the wanted pixels that have a reading and lie on a surface of their own label."""
+    pixels, n = np.empty((depth.size, 2), np.int32), 0
+    for row in range(depth.shape[0]):
+        for col in range(depth.shape[1]):
+            if wanted[row, col] and depth[row, col] > 0 and not _edge_point(depth, label, row, col, slope):
                 pixels[n] = row, col
                 n += 1
     return pixels[:n].copy()
@@ -222,14 +192,16 @@ def fit_planes(depth, label, pixels, slope, radius, planes, residuals):
         residuals[i] = _fit_plane(depth, label, pixels[i, 0], pixels[i, 1], slope, radius, planes[i])
 
 
-@njit(cache=True, nogil=True)
-def point_normals(planes, residuals, index, depth, pixels, first, K, R_world_camera, radius, normals):
-    """Write unit normals towards the camera, world frame, of the pixels from `first` on; the direction to the camera if
-    no plane fits.
-    """
+@njit(cache=True)
+def normals_of_planes(planes, residuals, depth, pixels, K, R_world_camera, radius):
+    """Return unit normals towards the camera, world frame; the direction to the camera if no plane fits."""
+    n = pixels.shape[0]
+    index = np.full(depth.shape, -1, np.int32)
+    for i in range(n):
+        index[pixels[i, 0], pixels[i, 1]] = i
     R = R_world_camera
-    for n in range(normals.shape[0]):
-        i = first + n
+    normals = np.empty((n, 3), np.float32)
+    for i in range(n):
         j = _better_fit(planes, residuals, index, depth, pixels, i, radius) if residuals[i] >= 0 else i
         u, v = pixels[j, 1] - K[0, 2], pixels[j, 0] - K[1, 2]
         if residuals[j] >= 0:
@@ -240,7 +212,8 @@ def point_normals(planes, residuals, index, depth, pixels, first, K, R_world_cam
             x, y, z = -u / K[0, 0], -v / K[1, 1], -1.0
         length = np.sqrt(x * x + y * y + z * z)
         for k in range(3):
-            normals[n, k] = (R[k, 0] * x + R[k, 1] * y + R[k, 2] * z) / length
+            normals[i, k] = (R[k, 0] * x + R[k, 1] * y + R[k, 2] * z) / length
+    return normals
 
 
 @njit(cache=True)

@@ -9,15 +9,14 @@ from jaxtyping import Bool, Float32, Int16, Int32
 from torc.errors import InputError
 from torc.geometry.transforms import finer, kernel_array
 from torc.perception.image_kernels import (
-    background_pixels,
     count_labels,
     find_pieces,
     fit_planes,
     lift_pixels,
     looked_up,
     measure_pieces,
-    object_pixels,
-    point_normals,
+    normals_of_planes,
+    surface_pixels,
 )
 from torc.perception.protocol import Wanted
 from torc.records import (
@@ -141,14 +140,17 @@ def segment(
         observation = replace(observation, depth_m=np.where(torn, np.float32(0), observation.depth_m))
     large = counts >= config.min_pixels
     large[TARGET_ID] = counts[TARGET_ID] >= config.min_target_pixels
-    pixels = object_pixels(depth, label, large, slope, config.stride)
+    pixels = surface_pixels(depth, label, _pixels_of(large, label, config.stride), slope)
     point_counts = np.bincount(label[pixels[:, 0], pixels[:, 1]], minlength=MAX_OBJECTS)
     reported = large & (point_counts >= config.min_points)
     if np.any(reported != large):
         pixels = pixels[reported[label[pixels[:, 0], pixels[:, 1]]]]
     objects = _objects(observation, depth, label, pixels, counts, slope, config)
-    rims = _rims(label, reported, config.rim_px)
-    background = background_pixels(depth, label, reported, rims, slope, config.background_stride)
+    # The background is thinned out, what is too small to be an object is not.
+    around = _pixels_of(~reported, label)
+    every = (slice(None, None, config.background_stride),) * 2
+    around[every] |= label[every] == BACKGROUND
+    background = surface_pixels(depth, label, around & ~_rims(label, reported, config.rim_px), slope)
     return SegmentedScene(
         observation=observation,
         label_image=label_image,
@@ -226,14 +228,24 @@ def _torn_off(
     return torn_off
 
 
+def _pixels_of(
+    ids: Bool[np.ndarray, "ids"], label: Int16[np.ndarray, "h w"], stride: int = 1
+) -> Bool[np.ndarray, "h w"]:
+    """Return every stride-th pixel with one of these ids."""
+    # The numbers of background and robot, below 0, are looked up from the end.
+    pixels = np.asarray(looked_up(np.append(ids, [False, False]), label))
+    if stride > 1:
+        pixels &= np.add.outer(*(np.arange(n) % stride for n in label.shape)) == 0
+    return pixels
+
+
 def _rims(
     label: Int16[np.ndarray, "h w"], reported: Bool[np.ndarray, "ids"], rim_px: int
 ) -> Bool[np.ndarray, "h w"]:
     """Return the pixels within rim_px of a reported object's mask, including the masks."""
     if rim_px == 0:
         return np.zeros(label.shape, dtype=bool)
-    # The background's and the robot's numbers, below 0, are looked up from the end.
-    masks = looked_up(np.append(reported, [False, False]), label)
+    masks = _pixels_of(reported, label)
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * rim_px + 1, 2 * rim_px + 1))
     return np.asarray(cv2.dilate(masks.view(np.uint8), kernel), dtype=bool)
 
@@ -258,16 +270,12 @@ def _objects(
     order = np.argsort(labels, kind="stable")
     pixels, labels = kernel_array(pixels[order], np.int32), labels[order]
     K, R = kernel_array(observation.K), kernel_array(observation.T_world_camera[:3, :3])
-    count, radius = len(pixels), config.normal_radius_px
-    planes, residuals, normals = np.zeros((count, 3)), np.empty(count), np.empty((count, 3), np.float32)
-    index = np.full(depth.shape, -1, np.int32)
-    index[pixels[:, 0], pixels[:, 1]] = np.arange(count)
-    parts = shares(count)
-    side_by_side(lambda s: fit_planes(depth, label, pixels[s], slope, radius, planes[s], residuals[s]), parts)
+    planes, residuals, radius = np.zeros((len(pixels), 3)), np.empty(len(pixels)), config.normal_radius_px
     side_by_side(
-        lambda s: point_normals(planes, residuals, index, depth, pixels, s.start, K, R, radius, normals[s]),
-        parts,
+        lambda s: fit_planes(depth, label, pixels[s], slope, radius, planes[s], residuals[s]),
+        shares(len(pixels)),
     )
+    normals = normals_of_planes(planes, residuals, depth, pixels, K, R, radius)
     points = _points(observation, depth, pixels)
     ids, first = np.unique(labels, return_index=True)
     last = np.append(first[1:], len(labels))
