@@ -27,7 +27,9 @@ def test_results_come_in_the_order_of_the_items(threads):
 
 
 def test_work_within_work_does_not_wait_for_itself():
-    assert each(lambda k: sum(each(lambda m: m + k, range(20))), range(20)) == [190 + 20 * k for k in range(20)]
+    assert each(lambda k: sum(each(lambda m: m + k, range(20))), range(20)) == [
+        190 + 20 * k for k in range(20)
+    ]
 
 
 def test_what_one_item_raises_comes_out():

@@ -8,7 +8,6 @@ import threading
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache, partial
-from itertools import pairwise
 from typing import TypeVar
 
 import numpy as np
@@ -43,10 +42,14 @@ def by_rows(
         columns: arrays of one length, its inputs and outputs.
         least: rows per call, at least.
     """
-    n = len(columns[0])
-    parts = max(1, min(_PARTS_PER_THREAD * threads(), n // least)) if threads() > 1 else 1
-    ends = [n * k // parts for k in range(parts + 1)]
-    each(lambda rows: kernel(*(c[rows[0] : rows[1]] for c in columns), *shared), pairwise(ends))
+    parts = shares(len(columns[0]), _PARTS_PER_THREAD, least)
+    each(lambda rows: kernel(*(column[rows] for column in columns), *shared), parts)
+
+
+def shares(rows: int, per_thread: int = 1, least: int = 1) -> list[slice]:
+    """Return slices that together cover all rows, about equally long: some per thread, one if there is one thread."""
+    count = max(1, min(per_thread * threads(), rows // least)) if threads() > 1 else 1
+    return [slice(rows * k // count, rows * (k + 1) // count) for k in range(count)]
 
 
 @cache

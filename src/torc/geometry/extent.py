@@ -31,40 +31,53 @@ def extent(points: Float[np.ndarray, "n 3"], trimmed: float = 0.0) -> Extent:
         return Extent(0.0, 0.0)
     some = points[:: -(-len(points) // _MOST_POINTS)] if trimmed else points
     some = np.asarray(some, float) - some.mean(axis=0)
-    return Extent(_longest(some, spiral(_DIRECTIONS, half=True), trimmed), _thickness(some, trimmed))
+    length_m = float(_spans(some, spiral(_DIRECTIONS, half=True), trimmed).max())
+    return Extent(length_m, _thickness(some, trimmed))
 
 
 def _thickness(points: Float[np.ndarray, "n 3"], trimmed: float) -> float:
     """Return the width of the narrowest tube, whose direction is searched near the cloud's principal axes."""
     axes = np.linalg.svd(points[:: -(-len(points) // _MOST_POINTS)], full_matrices=False)[2]
-    widths = [_across(points, axis, trimmed) for axis in axes]
-    along, best = axes[int(np.argmin(widths))], min(widths)
+    widths = _across(points, axes, trimmed)
+    along, best = axes[int(np.argmin(widths))], widths.min()
     for step in _STEPS_RAD:
-        a, b = _aside(along)
-        for turned in (along + step * a, along - step * a, along + step * b, along - step * b):
-            turned = turned / np.linalg.norm(turned)
-            if (width := _across(points, turned, trimmed)) < best:
-                along, best = turned, width
-    return best
+        a, b = _aside(along[None])
+        turned = np.concatenate([along + step * a, along - step * a, along + step * b, along - step * b])
+        turned = turned / _length(turned)
+        widths = _across(points, turned, trimmed)
+        if widths.min() < best:
+            along, best = turned[int(np.argmin(widths))], widths.min()
+    return float(best)
 
 
-def _across(points: Float[np.ndarray, "n 3"], along: Float[np.ndarray, "3"], trimmed: float) -> float:
-    """Return the longest extent at right angles to a direction."""
+def _across(
+    points: Float[np.ndarray, "n 3"], along: Float[np.ndarray, "k 3"], trimmed: float
+) -> Float[np.ndarray, "k"]:
+    """Return the longest extents at right angles to directions."""
     a, b = _aside(along)
     turn = np.pi * np.arange(_AROUND)[:, None] / _AROUND
-    return _longest(points, np.cos(turn) * a + np.sin(turn) * b, trimmed)
+    around = np.cos(turn) * a[:, None] + np.sin(turn) * b[:, None]
+    return _spans(points, around.reshape(-1, 3), trimmed).reshape(-1, _AROUND).max(axis=1)
 
 
-def _aside(along: Float[np.ndarray, "3"]) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
-    a = np.cross(along, (0.0, 0.0, 1.0) if abs(along[2]) < 0.9 else (1.0, 0.0, 0.0))
-    a /= np.linalg.norm(a)
-    return a, np.cross(along, a)
+def _aside(along: Float[np.ndarray, "k 3"]) -> tuple[Float[np.ndarray, "k 3"], Float[np.ndarray, "k 3"]]:
+    x, y, z = along.T
+    a = np.where(np.abs(z) < 0.9, (y, -x, 0 * z), (0 * z, z, -y))
+    a /= _length(a.T)[:, 0]
+    return a.T, np.stack([y * a[2] - z * a[1], z * a[0] - x * a[2], x * a[1] - y * a[0]], axis=1)
 
 
-def _longest(points: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "k 3"], trimmed: float) -> float:
-    at = np.sort(points @ directions.T, axis=0)
+def _length(vectors: Float[np.ndarray, "k 3"]) -> Float[np.ndarray, "k 1"]:
+    return np.sqrt([[v @ v] for v in vectors])
+
+
+def _spans(
+    points: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "k 3"], trimmed: float
+) -> Float[np.ndarray, "k"]:
+    """Return the extents along directions."""
     left_out = int(trimmed * len(points))
-    return float((at[len(at) - 1 - left_out] - at[left_out]).max())
+    at = np.sort(directions @ points.T, axis=1)
+    return np.asarray(at[:, len(points) - 1 - left_out] - at[:, left_out])
 
 
 @cache

@@ -59,7 +59,7 @@ def points_in_free_space(points, origin, voxel_size_m, seen, surface):
     return out
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def project_voxels(
     shape, origin, voxel_size_m, T_camera_world, K, depth, pixel_bits, disturbed, object_depth_m
 ):

@@ -4,12 +4,13 @@ A voxel is unknown until a snapshot sees it free or on a surface; then it stays 
 there. An unknown voxel carries the bit of the object whose pixel hides it. Of a stereo pair, both cameras count.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import cv2
 import numpy as np
-from jaxtyping import Bool, Float, Float32, Int16, Int32, UInt64
+from jaxtyping import Bool, Float, Float32, Int16, Int32, UInt8, UInt64
 from numba import njit
 
 from torc.errors import InputError
@@ -24,7 +25,9 @@ from torc.occlusion.projection_kernels import (
     project_voxels,
     vote_labels,
 )
-from torc.records import BACKGROUND, EMPTY, Observation, OcclusionVolume, SegmentedScene, VoxelGrid
+from torc.parallel import each
+from torc.perception.image_kernels import looked_up
+from torc.records import BACKGROUND, EMPTY, MAX_OBJECTS, OcclusionVolume, SegmentedScene, VoxelGrid
 
 
 @dataclass(frozen=True)
@@ -77,6 +80,9 @@ FIXED_REAL_CAMERA = replace(FIXED_CAMERA, smooth_px=3)
 """`FIXED_CAMERA` for a sensor with lost and smeared readings: lost ones are bridged, and smeared ones filtered."""
 
 
+_NOWHERE = np.iinfo(np.int64).max
+
+
 def empty_volume(grid: VoxelGrid) -> OcclusionVolume:
     """Return the volume before any snapshot: everything unknown, hidden by nothing."""
     if min(grid.shape) < 1 or grid.voxel_size_m <= 0:
@@ -101,25 +107,15 @@ def update_volume(
     are those of this snapshot alone.
     """
     config = OcclusionConfig() if config is None else config
-    grid, view = volume.grid, scene.observation
+    grid = volume.grid
     surface = surface_labels(grid, scene, config)
     readings = _readings(scene, config)
-    depth_m, pixel_bits, disturbed, bridged = _rays(volume, scene, readings, config)
-    origin, voxel_m = kernel_array(grid.origin), float(grid.voxel_size_m)
-    K, T_world_camera = kernel_array(view.K), kernel_array(view.T_world_camera)
-    T_camera_world = kernel_array(invert(view.T_world_camera))
-    state, bits, near_behind = project_voxels(
-        grid.shape, origin, voxel_m, T_camera_world, K, depth_m, pixel_bits, disturbed, config.object_depth_m
-    )
-    hold_bridged(
-        bridged, depth_m, pixel_bits, disturbed, K, T_world_camera, origin, voxel_m, state, bits, near_behind
-    )
+    views: list[Callable[..., Any]] = [_left_view, _right_view]
+    left, right = each(lambda view: view(volume, scene, readings, config), views)
+    state, bits, near_behind = left
     seen_now = (state == FREE) | (surface != EMPTY)
-    if view.pair is not None:
-        of_pixels = _bits_by_label(scene)[scene.label_image.astype(np.uint8)]
-        free, hidden_by = _right_view(
-            grid, view, readings, of_pixels, view.pair.baseline_m, config.max_depth_m
-        )
+    if right is not None:
+        free, hidden_by = right
         seen_now |= free
         bits = np.where((state == NO_READING) & (bits == 0), hidden_by, bits)
     if config.out_of_view_is_free:
@@ -134,7 +130,7 @@ def surface_labels(
 ) -> Int16[np.ndarray, "nx ny nz"]:
     """Return, per voxel, the id of most of its surface points; objects win over the background; EMPTY elsewhere."""
     config = OcclusionConfig() if config is None else config
-    origin, voxel_m = kernel_array(grid.origin), float(grid.voxel_size_m)
+    origin, voxel_m = _place(grid)
     label = np.full(grid.shape, EMPTY, dtype=np.int16)
     votes = np.zeros(grid.shape, dtype=np.int32)
     for o in scene.objects:
@@ -146,13 +142,33 @@ def surface_labels(
     return np.where(label == EMPTY, background, label)
 
 
+def _place(grid: VoxelGrid) -> tuple[np.ndarray, float]:
+    return kernel_array(grid.origin), float(grid.voxel_size_m)
+
+
+def _left_view(
+    volume: OcclusionVolume,
+    scene: SegmentedScene,
+    readings: Float32[np.ndarray, "h w"],
+    config: OcclusionConfig,
+) -> tuple[UInt8[np.ndarray, "nx ny nz"], UInt64[np.ndarray, "nx ny nz"], Bool[np.ndarray, "nx ny nz"]]:
+    """Return how the camera sees each voxel, see `project_voxels`; `readings` are its depth."""
+    view, (origin, voxel_m) = scene.observation, _place(volume.grid)
+    rays, bridged = _rays(volume, scene, readings, config)
+    K, T_camera_world = kernel_array(view.K), kernel_array(invert(view.T_world_camera))
+    seen = project_voxels(volume.grid.shape, origin, voxel_m, T_camera_world, K, *rays, config.object_depth_m)
+    hold_bridged(bridged, *rays, K, kernel_array(view.T_world_camera), origin, voxel_m, *seen)
+    return seen
+
+
 def _rays(
     volume: OcclusionVolume,
     scene: SegmentedScene,
     readings: Float32[np.ndarray, "h w"],
     config: OcclusionConfig,
 ) -> tuple[
-    Float32[np.ndarray, "h w"], UInt64[np.ndarray, "h w"], Bool[np.ndarray, "h w"], Int32[np.ndarray, "n 2"]
+    tuple[Float32[np.ndarray, "h w"], UInt64[np.ndarray, "h w"], Bool[np.ndarray, "h w"]],
+    Int32[np.ndarray, "n 2"],
 ]:
     """Return what a snapshot shows along each pixel's ray.
 
@@ -163,18 +179,18 @@ def _rays(
     readings, label = np.minimum(readings, np.float32(config.max_depth_m)), _labels(scene, config)
     K = scene.observation.K
     depth_m, source = bridge_holes(readings, label, float(min(K[0, 0], K[1, 1])), config.hole_rad)
-    label = label.ravel()[source]
+    label = looked_up(label.ravel(), source)
     bridged = np.argwhere((readings == 0) & (depth_m > 0) & (label >= 0))
     if config.empty_pixels_are_free:
         depth_m[(depth_m == 0) & (label == BACKGROUND)] = config.max_depth_m
     if config.smooth_px:
         depth_m = cv2.medianBlur(depth_m, _smooth_px(scene, config))
-    return (
+    rays = (
         kernel_array(depth_m, np.float32),
-        kernel_array(_bits_by_label(scene)[label.astype(np.uint8)], np.uint64),
-        kernel_array(_disturbed_pixels(volume, scene, config).ravel()[source], np.bool_),
-        kernel_array(bridged, np.int32),
+        looked_up(_bits_by_label(scene), label),
+        looked_up(_disturbed_pixels(volume, scene, config).ravel(), source),
     )
+    return rays, kernel_array(bridged, np.int32)
 
 
 def _readings(scene: SegmentedScene, config: OcclusionConfig) -> Float32[np.ndarray, "h w"]:
@@ -201,9 +217,9 @@ def _smooth_px(scene: SegmentedScene, config: OcclusionConfig) -> int:
     return min(2 * round(s * config.smooth_px / 2 - 0.5) + 1, 5)
 
 
-def _bits_by_label(scene: SegmentedScene) -> UInt64[np.ndarray, "256"]:
-    """Return the bit of each object, by label; 0 for the robot, the background and objects not reported."""
-    bits = np.zeros(256, dtype=np.uint64)
+def _bits_by_label(scene: SegmentedScene) -> UInt64[np.ndarray, "n"]:
+    """Return the bit of each object, by label; 0 for objects not reported and, from the end, background and robot."""
+    bits = np.zeros(MAX_OBJECTS + 2, dtype=np.uint64)
     for i in scene.ids:
         bits[i] = np.uint64(1) << np.uint64(i)
     return bits
@@ -219,7 +235,7 @@ def _disturbed_pixels(
     disturbed = np.zeros(scene.label_image.shape, dtype=bool)
     if volume.snapshots == 0:
         return disturbed
-    origin, voxel_m = kernel_array(volume.grid.origin), float(volume.grid.voxel_size_m)
+    origin, voxel_m = _place(volume.grid)
     seen, surface = kernel_array(volume.seen, np.bool_), kernel_array(volume.surface_label, np.int16)
     for o in scene.objects:
         moved = points_in_free_space(kernel_array(o.points, np.float32), origin, voxel_m, seen, surface)
@@ -231,44 +247,33 @@ def _disturbed_pixels(
 
 
 def _right_view(
-    grid: VoxelGrid,
-    view: Observation,
+    volume: OcclusionVolume,
+    scene: SegmentedScene,
     readings: Float32[np.ndarray, "h w"],
-    pixel_bits: UInt64[np.ndarray, "h w"],
-    baseline_m: float,
-    max_depth_m: float,
-) -> tuple[Bool[np.ndarray, "nx ny nz"], UInt64[np.ndarray, "nx ny nz"]]:
+    config: OcclusionConfig,
+) -> tuple[Bool[np.ndarray, "nx ny nz"], UInt64[np.ndarray, "nx ny nz"]] | None:
     """Return which voxels the right camera of a view's pair saw through, and the bits of what hides others from it.
 
     A reading is a point that both cameras saw, so nothing lies between it and either of them. That matters most beside
     near objects: there is a strip that only the left camera sees. It has no reading, and all of its rays would count as
     unseen. The right camera looks through most of that space; what lies behind is hidden from it by the near object.
 
-    `readings` are the left camera's depth, made from the pair; `pixel_bits` are those of the object that each of its
-    pixels shows.
+    `readings` are the left camera's depth, made from the pair.
     """
-    K = kernel_array(view.K)
-    T_right_world = invert(view.T_world_camera)
-    T_right_world[0, 3] -= baseline_m
-    depth_m, source = _to_right(readings, float(K[0, 0]) * baseline_m)
-    depth_m = np.minimum(depth_m, np.float32(max_depth_m))
-    bits = np.where(source >= 0, pixel_bits.ravel()[source], np.uint64(0))
-    origin, undisturbed = kernel_array(grid.origin), np.zeros(depth_m.shape, np.bool_)
-    state, hidden_by, _ = project_voxels(
-        grid.shape,
-        origin,
-        float(grid.voxel_size_m),
-        kernel_array(T_right_world),
-        K,
-        depth_m,
-        bits,
-        undisturbed,
-        0.0,
-    )
+    view, (origin, voxel_m) = scene.observation, _place(volume.grid)
+    if view.pair is None:
+        return None
+    K, T_right_world = kernel_array(view.K), kernel_array(invert(view.T_world_camera))
+    T_right_world[0, 3] -= view.pair.baseline_m
+    depth_m, source = _to_right(readings, float(K[0, 0]) * view.pair.baseline_m)
+    depth_m = np.minimum(depth_m, np.float32(config.max_depth_m))
+    label = looked_up(np.append(scene.label_image.ravel(), np.int16(BACKGROUND)), source)
+    rays = depth_m, looked_up(_bits_by_label(scene), label), np.zeros(depth_m.shape, np.bool_)
+    state, hidden_by, _ = project_voxels(volume.grid.shape, origin, voxel_m, T_right_world, K, *rays, 0.0)
     return state == FREE, hidden_by
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _to_right(
     depth: Float32[np.ndarray, "h w"], focal_times_baseline: float
 ) -> tuple[Float32[np.ndarray, "h w"], Int32[np.ndarray, "h w"]]:
@@ -277,18 +282,29 @@ def _to_right(
     Within a pixel: near things become a little wider, and what lies behind them never shows through.
     """
     height, width = depth.shape
-    right = np.zeros((height, width), np.float32)
-    source = np.full((height, width), -1, np.int32)
+    # The bits of a depth, which sort as it does, above those of its source: one minimum finds both.
+    bits = depth.view(np.int32)
+    nearest = np.full((height + 2, width + 2), _NOWHERE)
     for row in range(height):
         for col in range(width):
             d = depth[row, col]
             if d == 0:
                 continue
-            shown = int(np.floor(col - focal_times_baseline / d + 0.5))
-            for r in range(max(row - 1, 0), min(row + 2, height)):
-                for c in range(max(shown - 1, 0), min(shown + 2, width)):
-                    if right[r, c] == 0 or d < right[r, c]:
-                        right[r, c], source[r, c] = d, row * width + col
+            shown = int(np.floor(col - focal_times_baseline / d + 0.5)) + 1
+            if 0 <= shown < width + 2:
+                key = np.int64(bits[row, col]) << 32 | (row * width + col)
+                nearest[row + 1, shown] = min(nearest[row + 1, shown], key)
+    for row in range(height + 2):
+        for col in range(width):
+            nearest[row, col] = min(nearest[row, col], nearest[row, col + 1], nearest[row, col + 2])
+    right = np.zeros((height, width), np.float32)
+    source = np.full((height, width), -1, np.int32)
+    for row in range(height):
+        for col in range(width):
+            key = min(nearest[row, col], nearest[row + 1, col], nearest[row + 2, col])
+            if key != _NOWHERE:
+                source[row, col] = key & 0x7FFFFFFF
+                right.view(np.int32)[row, col] = key >> 32
     return right, source
 
 

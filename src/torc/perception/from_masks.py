@@ -15,9 +15,11 @@ from jaxtyping import Bool, Float, Float32, Int16
 
 from torc.errors import PartError
 from torc.geometry.extent import Extent
-from torc.geometry.transforms import masked_points
+from torc.geometry.transforms import kernel_array, masked_points
+from torc.parallel import each, shares
 from torc.perception.embedded.inputs import NOISE, support_roughness
 from torc.perception.embedded.model import crop, describe
+from torc.perception.image_kernels import count_labels, looked_up
 from torc.perception.protocol import Wanted
 from torc.perception.segmentation import REAL_CAMERA, PerceptionConfig, segment, valid_depth
 from torc.perception.target import (
@@ -141,13 +143,14 @@ class FromMasks(ABC, PerceptionTraits):
                 "docs/extending.md lists the fields of Masks."
             )
         label = without_fixed(made.label, observation, self.workspace, config.clouds)
+        label = kernel_array(label, np.int16)
         sureness = made.sureness
         carried = None if before is None else carried_over(before, observation, config.tracking)
         if before is not None and carried is not None:
             label, sureness = settled_masks(label, sureness, before, carried, config.tracking)
         label, sureness = _at_most(label, sureness, MAX_OBJECTS - 1)
         # No object has the id 0: it stands for a target that was not seen yet.
-        shifted = np.where(label >= 0, label + 1, BACKGROUND).astype(np.int16)
+        shifted = label + (label >= 0)
         found = segment(observation, shifted, config.clouds)
         masks = [o.id - 1 for o in found.objects]
         looks = _looks(observation, label, masks, config.threads)
@@ -213,7 +216,8 @@ class FromMasks(ABC, PerceptionTraits):
         """Return the probability of each object in sight to be the target, by reference pictures."""
         pixels, stretched = [o.pixel_count for o in found.objects], None
         if wanted.size_m is not None:
-            stretched = stretch([size_in_sight(o.points) for o in found.objects], wanted.size_m)
+            sizes_m = each(size_in_sight, [o.points for o in found.objects])
+            stretched = stretch(sizes_m, wanted.size_m)
         references = self._described(wanted)
         return target_probabilities(looks, pixels, references, self.config.target, stretched, brought_odds)
 
@@ -243,31 +247,35 @@ def _looks(
 ) -> Float32[np.ndarray, "n d"]:
     if not masks:
         return np.zeros((0, 1), np.float32)
-    return describe(np.stack([crop(observation.rgb, label == m) for m in masks]), threads)
+    looks = each(
+        lambda some: describe(np.stack([crop(observation.rgb, label == m) for m in masks[some]]), threads),
+        shares(len(masks)),
+    )
+    return np.concatenate(looks)
 
 
 def _at_most(
     label: Int16[np.ndarray, "h w"], sureness: Float32[np.ndarray, "n"], most: int
 ) -> tuple[Int16[np.ndarray, "h w"], Float32[np.ndarray, "n"]]:
     """Keep at most that many masks, the largest, numbered from 0 on."""
-    sizes = np.bincount(label[label >= 0].astype(np.int64), minlength=len(sureness))
+    sizes = count_labels(label, len(sureness))
     order = np.argsort(-sizes, kind="stable")[:most]
     order = order[sizes[order] > 0]
     number = np.full(len(sizes) + 1, -1, np.int16)
     number[order] = np.arange(len(order))
-    return number[label], sureness[order]
+    return looked_up(number, label), sureness[order]
 
 
 def _named(found: SegmentedScene, ids: list[int], known: tuple[KnownObject, ...]) -> SegmentedScene:
     """Return the scene with these ids for its objects."""
-    table = np.arange(-2, MAX_OBJECTS, dtype=np.int16)
-    table[2:] = BACKGROUND  # masks without an object
+    # Masks without an object are background; numbers below 0 are looked up from the end, and stay.
+    table = np.append(np.full(MAX_OBJECTS, BACKGROUND, np.int16), np.arange(-2, 0, dtype=np.int16))
     for o, k in zip(found.objects, ids, strict=True):
-        table[o.id + 2] = k
+        table[o.id] = k
     objects = sorted((replace(o, id=k) for o, k in zip(found.objects, ids, strict=True)), key=lambda o: o.id)
     return replace(
         found,
-        label_image=table[found.label_image + 2],
+        label_image=looked_up(table, found.label_image),
         objects=tuple(objects),
         target_id=None,
         known=known,

@@ -9,6 +9,26 @@ from numba import njit
 
 
 @njit(cache=True)
+def count_labels(label, most):
+    """Return the number of pixels of each label from 0 to below `most`."""
+    counts = np.zeros(most, np.int64)
+    for k in label.flat:
+        if k >= 0:
+            counts[k] += 1
+    return counts
+
+
+@njit(cache=True, nogil=True)
+def looked_up(table, image):
+    """Return table[image], in a fraction of the time that numpy takes."""
+    out = np.empty(image.shape, table.dtype)
+    for row in range(image.shape[0]):
+        for col in range(image.shape[1]):
+            out[row, col] = table[image[row, col]]
+    return out
+
+
+@njit(cache=True)
 def _edge_point(depth, label, row, col, slope):
     """Check whether a pixel with a reading belongs to no surface, or to another one than its label says.
 
@@ -67,32 +87,32 @@ def find_pieces(depth, label, slope):
 
 
 @njit(cache=True)
-def keep_objects(depth, label, wanted, slope, stride):
-    """Return the pixels of the wanted ids that have a reading and lie on their object's surface."""
-    height, width = depth.shape
-    keep = np.zeros((height, width), np.bool_)
-    for row in range(0, height, stride):
-        for col in range(0, width, stride):
-            k = label[row, col]
-            if k >= 0 and wanted[k] and depth[row, col] > 0:
-                keep[row, col] = not _edge_point(depth, label, row, col, slope)
-    return keep
+def measure_pieces(piece, count, depth, label, inside_px):
+    """Return per piece: pixels, label, how far it reaches into its mask, and its least and greatest depth."""
+    size, owner, reach = np.zeros(count, np.int64), np.zeros(count, np.int64), np.zeros(count, np.float32)
+    near_m, far_m = np.full(count, np.inf, np.float32), np.zeros(count, np.float32)
+    for row in range(piece.shape[0]):
+        for col in range(piece.shape[1]):
+            k = piece[row, col]
+            if k >= 0:
+                size[k] += 1
+                owner[k] = label[row, col]
+                reach[k] = max(reach[k], inside_px[row, col])
+                near_m[k] = min(near_m[k], depth[row, col])
+                far_m[k] = max(far_m[k], depth[row, col])
+    return size, owner, reach, near_m, far_m
 
 
 @njit(cache=True)
-def keep_background(depth, label, reported, slope, stride):
-    """Return every stride-th surface pixel of the background (label -1), and every one of objects not reported."""
-    height, width = depth.shape
-    keep = np.zeros((height, width), np.bool_)
-    for row in range(height):
-        for col in range(width):
-            k = label[row, col]
-            if k < -1 or depth[row, col] == 0 or (k >= 0 and reported[k]):
-                continue
-            if k == -1 and (row % stride != 0 or col % stride != 0):
-                continue
-            keep[row, col] = not _edge_point(depth, label, row, col, slope)
-    return keep
+def surface_pixels(depth, label, wanted, slope):
+    """Return row and column of the wanted pixels that have a reading and lie on a surface of their own label."""
+    pixels, n = np.empty((depth.size, 2), np.int32), 0
+    for row in range(depth.shape[0]):
+        for col in range(depth.shape[1]):
+            if wanted[row, col] and depth[row, col] > 0 and not _edge_point(depth, label, row, col, slope):
+                pixels[n] = row, col
+                n += 1
+    return pixels[:n].copy()
 
 
 @njit(cache=True)
@@ -165,15 +185,19 @@ def _better_fit(planes, residuals, index, depth, pixel, i, radius):
     return best
 
 
+@njit(cache=True, nogil=True)
+def fit_planes(depth, label, pixels, slope, radius, planes, residuals):
+    """Write each pixel's plane and its residual, see `_fit_plane`."""
+    for i in range(pixels.shape[0]):
+        residuals[i] = _fit_plane(depth, label, pixels[i, 0], pixels[i, 1], slope, radius, planes[i])
+
+
 @njit(cache=True)
-def estimate_normals(depth, label, pixels, K, R_world_camera, slope, radius):
+def normals_of_planes(planes, residuals, depth, pixels, K, R_world_camera, radius):
     """Return unit normals towards the camera, world frame; the direction to the camera if no plane fits."""
     n = pixels.shape[0]
-    planes = np.zeros((n, 3))
-    residuals = np.empty(n)
     index = np.full(depth.shape, -1, np.int32)
     for i in range(n):
-        residuals[i] = _fit_plane(depth, label, pixels[i, 0], pixels[i, 1], slope, radius, planes[i])
         index[pixels[i, 0], pixels[i, 1]] = i
     R = R_world_camera
     normals = np.empty((n, 3), np.float32)
@@ -203,3 +227,21 @@ def lift_pixels(depth, pixels, K, T_world_camera):
         for k in range(3):
             points[i, k] = T[k, 0] * x + T[k, 1] * y + T[k, 2] * z + T[k, 3]
     return points
+
+
+@njit(cache=True, nogil=True)
+def heights_within(depth, K, T_world_camera, outline):
+    """Return the world's z per pixel; NaN without a reading or outside an outline of rows (least x, y; most x, y)."""
+    T, (height, width) = T_world_camera, depth.shape
+    out = np.full((height, width), np.nan)
+    for row in range(height):
+        for col in range(width):
+            z = float(depth[row, col])
+            if z <= 0:
+                continue
+            x, y = (col - K[0, 2]) / K[0, 0] * z, (row - K[1, 2]) / K[1, 1] * z
+            at_x = T[0, 0] * x + T[0, 1] * y + T[0, 2] * z + T[0, 3]
+            at_y = T[1, 0] * x + T[1, 1] * y + T[1, 2] * z + T[1, 3]
+            if outline[0, 0] <= at_x <= outline[1, 0] and outline[0, 1] <= at_y <= outline[1, 1]:
+                out[row, col] = T[2, 0] * x + T[2, 1] * y + T[2, 2] * z + T[2, 3]
+    return out

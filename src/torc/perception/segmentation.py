@@ -8,12 +8,16 @@ from jaxtyping import Bool, Float32, Int16, Int32
 
 from torc.errors import InputError
 from torc.geometry.transforms import finer, kernel_array
+from torc.parallel import each, shares
 from torc.perception.image_kernels import (
-    estimate_normals,
+    count_labels,
     find_pieces,
-    keep_background,
-    keep_objects,
+    fit_planes,
     lift_pixels,
+    looked_up,
+    measure_pieces,
+    normals_of_planes,
+    surface_pixels,
 )
 from torc.perception.protocol import Wanted
 from torc.records import (
@@ -136,14 +140,17 @@ def segment(
         observation = replace(observation, depth_m=np.where(torn, np.float32(0), observation.depth_m))
     large = counts >= config.min_pixels
     large[TARGET_ID] = counts[TARGET_ID] >= config.min_target_pixels
-    pixels = kernel_array(np.argwhere(keep_objects(depth, label, large, slope, config.stride)), np.int32)
+    pixels = surface_pixels(depth, label, _pixels_of(large, label, config.stride), slope)
     point_counts = np.bincount(label[pixels[:, 0], pixels[:, 1]], minlength=MAX_OBJECTS)
     reported = large & (point_counts >= config.min_points)
     if np.any(reported != large):
         pixels = pixels[reported[label[pixels[:, 0], pixels[:, 1]]]]
     objects = _objects(observation, depth, label, pixels, counts, slope, config)
-    kept = keep_background(depth, label, reported, slope, config.background_stride)
-    background = kernel_array(np.argwhere(kept & ~_rims(label, reported, config.rim_px)), np.int32)
+    # The background is thinned out, what is too small to be an object is not.
+    around = _pixels_of(~reported, label)
+    every = (slice(None, None, config.background_stride),) * 2
+    around[every] |= label[every] == BACKGROUND
+    background = surface_pixels(depth, label, around & ~_rims(label, reported, config.rim_px), slope)
     return SegmentedScene(
         observation=observation,
         label_image=label_image,
@@ -190,37 +197,46 @@ def _pixel_counts(observation: Observation, label_image: np.ndarray) -> np.ndarr
         raise InputError(
             f"The label image is empty or holds labels outside {low}..{high}; renumber the objects."
         )
-    return np.bincount(label_image.ravel().astype(np.int64) - low, minlength=MAX_OBJECTS - low)[-low:]
+    return np.asarray(count_labels(kernel_array(label_image, np.int16), MAX_OBJECTS))
 
 
 def _torn_off(
     depth: Float32[np.ndarray, "h w"], label: Int16[np.ndarray, "h w"], slope: float, piece_px: int
 ) -> Bool[np.ndarray, "h w"]:
     """Return the pixels of pieces that lie along their mask's edge and are connected to nothing within it."""
+    torn_off = np.zeros(depth.shape, dtype=bool)
+    col, row, width, height = cv2.boundingRect((label >= 0).view(np.uint8))
+    # One pixel more, so that edges on its border are seen.
+    box = slice(max(row - 1, 0), row + height + 1), slice(max(col - 1, 0), col + width + 1)
+    depth, label = depth[box].copy(), label[box].copy()
     piece, count = find_pieces(depth, label, slope)
     if count == 0:
-        return np.zeros(depth.shape, dtype=bool)
-    there = piece >= 0
-    edge = np.zeros(label.shape, dtype=bool)
+        return torn_off
+    inner = np.ones(label.shape, np.uint8)
     for a, b in ((slice(1, None), slice(None, -1)), (slice(None, -1), slice(1, None))):
-        edge[a] |= label[a] != label[b]
-        edge[:, a] |= label[:, a] != label[:, b]
-    inside_px = cv2.distanceTransform((~edge).view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5)
-    pieces = piece[there]
-    size = np.bincount(pieces, minlength=count)
-    reach, owner = np.zeros(count, np.float32), np.zeros(count, np.int64)
-    np.maximum.at(reach, pieces, inside_px[there])
-    owner[pieces] = label[there]
-    near_m, far_m = np.full(count, np.inf, np.float32), np.zeros(count, np.float32)
-    np.minimum.at(near_m, pieces, depth[there])
-    np.maximum.at(far_m, pieces, depth[there])
+        inner[a] &= label[a] == label[b]
+        inner[:, a] &= label[:, a] == label[:, b]
+    inside_px = cv2.distanceTransform(inner, cv2.DIST_L2, cv2.DIST_MASK_5)
+    size, owner, reach, near_m, far_m = measure_pieces(piece, count, depth, label, inside_px)
     # Ascending sizes: the largest of each mask's pieces is set last.
     largest, order = np.zeros(MAX_OBJECTS, np.int64), np.argsort(size, kind="stable")
     largest[owner[order]] = order
     main = largest[owner]
     behind = (_TINY * size < size[main]) & (near_m > far_m[main])
     torn = (2 * size < size[main]) & (reach < np.where(behind, 2 * piece_px, piece_px))
-    return there & torn[np.maximum(piece, 0)]
+    torn_off[box] = looked_up(np.append(torn, False), piece)
+    return torn_off
+
+
+def _pixels_of(
+    ids: Bool[np.ndarray, "ids"], label: Int16[np.ndarray, "h w"], stride: int = 1
+) -> Bool[np.ndarray, "h w"]:
+    """Return every stride-th pixel with one of these ids."""
+    # The numbers of background and robot, below 0, are looked up from the end.
+    pixels = np.asarray(looked_up(np.append(ids, [False, False]), label))
+    if stride > 1:
+        pixels &= np.add.outer(*(np.arange(n) % stride for n in label.shape)) == 0
+    return pixels
 
 
 def _rims(
@@ -229,7 +245,7 @@ def _rims(
     """Return the pixels within rim_px of a reported object's mask, including the masks."""
     if rim_px == 0:
         return np.zeros(label.shape, dtype=bool)
-    masks = (label >= 0) & reported[np.maximum(label, 0)]
+    masks = _pixels_of(reported, label)
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * rim_px + 1, 2 * rim_px + 1))
     return np.asarray(cv2.dilate(masks.view(np.uint8), kernel), dtype=bool)
 
@@ -254,7 +270,12 @@ def _objects(
     order = np.argsort(labels, kind="stable")
     pixels, labels = kernel_array(pixels[order], np.int32), labels[order]
     K, R = kernel_array(observation.K), kernel_array(observation.T_world_camera[:3, :3])
-    normals = estimate_normals(depth, label, pixels, K, R, slope, config.normal_radius_px)
+    planes, residuals, radius = np.zeros((len(pixels), 3)), np.empty(len(pixels)), config.normal_radius_px
+    each(
+        lambda s: fit_planes(depth, label, pixels[s], slope, radius, planes[s], residuals[s]),
+        shares(len(pixels)),
+    )
+    normals = normals_of_planes(planes, residuals, depth, pixels, K, R, radius)
     points = _points(observation, depth, pixels)
     ids, first = np.unique(labels, return_index=True)
     last = np.append(first[1:], len(labels))

@@ -39,6 +39,22 @@ def test_they_find_most_of_what_they_never_saw():
     assert mean_score(scores).overlap_f > 0.8
 
 
+def test_the_number_of_threads_changes_nothing(monkeypatch):
+    observation, _ = blind(random_clutter(np.random.default_rng(5), 10))
+    found = []
+    for threads in ("1", "2", "7"):
+        monkeypatch.setenv("OMP_NUM_THREADS", threads)
+        found.append(EmbeddedPerception().perceive(observation, NOTHING, None))
+    for scene in found[1:]:
+        assert np.array_equal(scene.label_image, found[0].label_image)
+        for o, k, first, known in zip(
+            scene.objects, scene.known, found[0].objects, found[0].known, strict=True
+        ):
+            assert np.array_equal(o.points, first.points)
+            assert np.array_equal(o.normals, first.normals)
+            assert np.array_equal(k.look, known.look)
+
+
 def test_an_empty_table_is_an_empty_scene():
     scene = EmbeddedPerception().perceive(blind(())[0], NOTHING, None)
     assert scene.objects == ()

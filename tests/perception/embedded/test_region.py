@@ -3,9 +3,12 @@
 from dataclasses import replace
 
 import numpy as np
+from numpy.testing import assert_allclose
 
+from torc.geometry.transforms import masked_points
 from torc.perception.embedded.inputs import PIXEL_M, View, cut, rising, window_on
 from torc.perception.embedded.perception import uncut
+from torc.perception.image_kernels import heights_within
 from torc.testing.contexts import box
 from torc.testing.synthetic import random_clutter, synthetic_capture
 from torc.workspace.workspace_files import load_workspace
@@ -38,6 +41,16 @@ def test_the_window_holds_all_objects_at_about_the_networks_scale():
     assert cols.max() < last_col
     z = np.median(view.depth_m[label >= 0])
     assert abs(z / view.K[0, 0] / window.scale - PIXEL_M) < 0.2 * PIXEL_M
+
+
+def test_heights_are_those_of_the_points_within_the_outline():
+    view, _ = view_of(random_clutter(np.random.default_rng(4), 8))
+    depth_m = np.where(np.random.default_rng(5).random(view.depth_m.shape) < 0.1, 0, view.depth_m)
+    points = masked_points(depth_m >= 0, depth_m, view.K, view.T_world_camera).reshape(*depth_m.shape, 3)
+    low, high = WORKSPACE.grid.origin[:2], WORKSPACE.grid.upper[:2]
+    inside = ((points[..., :2] >= low) & (points[..., :2] <= high)).all(axis=-1) & (depth_m > 0)
+    found = heights_within(depth_m, view.K, view.T_world_camera, np.array([low, high]))
+    assert_allclose(found, np.where(inside, points[..., 2], np.nan), atol=1e-12)
 
 
 def test_an_empty_table_has_none_nor_has_one_that_is_rough():

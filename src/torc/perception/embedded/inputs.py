@@ -11,7 +11,8 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float, Float32, UInt8
 
-from torc.geometry.transforms import Pose, masked_points
+from torc.geometry.transforms import Pose, kernel_array
+from torc.perception.image_kernels import heights_within
 from torc.records import VoxelGrid
 
 PIXEL_M = 0.002
@@ -130,19 +131,25 @@ def window_on(view: View, grid: VoxelGrid, multiple_px: int) -> tuple[Window, in
 
 def rising(view: View, grid: VoxelGrid) -> Bool[np.ndarray, "h w"]:
     """Return the pixels of what rises from the support within the grid's outline, without single ones."""
-    read = view.depth_m > 0
-    points = masked_points(read, view.depth_m, view.K, view.T_world_camera)
-    inside = ((points[:, :2] >= grid.origin[:2]) & (points[:, :2] <= grid.upper[:2])).all(axis=1)
-    height = points[:, 2] - view.support_z_m
-    least = max(_LEAST_M, NOISE * support_roughness(height[inside]))
-    mask = np.zeros(view.depth_m.shape, np.uint8)
-    mask[read] = inside & (height > least) & (height < _MOST_M)
+    height = heights_within(
+        kernel_array(view.depth_m, np.float32),
+        kernel_array(view.K),
+        kernel_array(view.T_world_camera),
+        kernel_array([grid.origin[:2], grid.upper[:2]]),
+    )
+    height -= view.support_z_m
+    least = max(_LEAST_M, NOISE * support_roughness(height))
+    mask = ((height > least) & (height < _MOST_M)).view(np.uint8)
     return np.asarray(cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)) > 0)
 
 
-def support_roughness(height: Float[np.ndarray, "n"]) -> float:
-    """Return the standard deviation of what lies flat, by the median; `height` is above the support, metres."""
-    flat = np.abs(height[np.abs(height) < _SUPPORT_M])
+def support_roughness(height: Float[np.ndarray, "..."]) -> float:
+    """Return the standard deviation of what lies flat, by the median; `height` is above the support, metres.
+
+    NaN does not count.
+    """
+    flat = np.abs(height)
+    flat = flat[flat < _SUPPORT_M]
     return 1.48 * float(np.median(flat)) if len(flat) else 0.0
 
 

@@ -15,6 +15,7 @@ from numba import njit
 
 from torc.errors import InputError
 from torc.geometry.transforms import kernel_array
+from torc.perception.image_kernels import count_labels, looked_up
 
 OFFSETS = tuple(
     offset
@@ -78,7 +79,7 @@ def find_instances(
     same = kernel_array(same_p, np.float32)
     sums, pairs = _add_up(basins, same, offsets, count)
     owner = _join(sums, pairs, config.same_p, config.min_pairs)
-    label = numbered(np.where(basins >= 0, owner[basins], -1).astype(np.int32), config.min_pixels)
+    label = numbered(looked_up(np.append(owner, -1), basins), config.min_pixels)
     return Instances(label, _sureness(label.astype(np.int32), same, offsets))
 
 
@@ -186,18 +187,16 @@ def _join(sums, pairs, least, min_pairs):
         alive[b], best_mean[b] = False, -1.0
         owner[owner == b] = a
         for c in range(count):
-            if alive[c] and c != a:
-                sums[a, c] += sums[b, c]
-                pairs[a, c] += pairs[b, c]
-                sums[c, a], pairs[c, a] = sums[a, c], pairs[a, c]
-        _find_best(a, sums, pairs, alive, best, best_mean, min_pairs)
-        for c in range(count):
-            if not alive[c] or c == a:
+            if pairs[b, c] == 0 or not alive[c] or c == a:
                 continue
+            sums[a, c] += sums[b, c]
+            pairs[a, c] += pairs[b, c]
+            sums[c, a], pairs[c, a] = sums[a, c], pairs[a, c]
             if best[c] == a or best[c] == b:
                 _find_best(c, sums, pairs, alive, best, best_mean, min_pairs)
             elif pairs[c, a] >= min_pairs and sums[c, a] > best_mean[c] * pairs[c, a]:
                 best[c], best_mean[c] = a, sums[c, a] / pairs[c, a]
+        _find_best(a, sums, pairs, alive, best, best_mean, min_pairs)
 
 
 @njit(cache=True)
@@ -212,12 +211,12 @@ def _find_best(a, sums, pairs, alive, best, best_mean, min_pairs):
 
 def numbered(label: Int32[np.ndarray, "h w"], min_pixels: int) -> Int16[np.ndarray, "h w"]:
     """Number masks from 0 on, largest first, dropping those that are too small."""
-    sizes = np.bincount(label[label >= 0]) if (label >= 0).any() else np.zeros(1, int)
+    sizes = count_labels(label, int(label.max()) + 1)
     order = np.argsort(-sizes, kind="stable")
     kept = order[sizes[order] >= max(min_pixels, 1)]
     number = np.full(len(sizes) + 1, -1, np.int16)
     number[kept] = np.arange(len(kept))
-    return number[label]
+    return np.asarray(looked_up(number, label))
 
 
 @njit(cache=True)

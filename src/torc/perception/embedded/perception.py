@@ -5,7 +5,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from jaxtyping import Float32, Int16
+from numba import njit
 
+from torc.parallel import each
 from torc.perception.embedded.inputs import (
     View,
     Window,
@@ -81,7 +83,7 @@ def uncut(
         np.clip(np.rint((np.arange(len(n)) + 0.5) * window.scale - 0.5), 0, size - 1).astype(np.int64)
         for n, size in ((rows, height), (cols, width))
     )
-    out[rows[:, None], cols] = label[to_rows[:, None], to_cols]
+    out[rows[0] : rows[-1] + 1, cols[0] : cols[-1] + 1] = label[to_rows][:, to_cols]
     return out
 
 
@@ -96,21 +98,25 @@ def both_ways(
     """Return the network's mean output for a picture and its mirror image, in the picture's own pixels."""
     image = np.ascontiguousarray(inputs[..., ::-1])
     image[_ACROSS] = -image[_ACROSS]
-    out = network(inputs)
-    return np.float32(0.5) * (out + unmirrored(network(image), out))
+    out, turned = each(network, [inputs, image])
+    _add_mirrored(out, turned, _OFFSETS, _MIRRORED)
+    return np.asarray(out)
 
 
-def unmirrored(
-    said: Float32[np.ndarray, "o h w"], otherwise: Float32[np.ndarray, "o h w"]
-) -> Float32[np.ndarray, "o h w"]:
-    """Return the output for a mirror image in the picture's pixels; `otherwise` if a partner lies outside the image."""
-    turned = said[..., ::-1]
-    out = otherwise.copy()
-    out[0] = turned[0]
-    for k, (rows, cols) in enumerate(OFFSETS, start=1):
-        # In the picture, the partner is as many columns to the left.
-        if (rows, -cols) in OFFSETS:
-            out[1 + OFFSETS.index((rows, -cols))] = turned[k]
-        else:  # only to the right: the pair is the partner's
-            out[k, :, :-cols] = turned[k, :, cols:]
-    return out
+_OFFSETS = np.array(OFFSETS)
+_MIRRORED = np.array([OFFSETS.index((r, -c)) if (r, -c) in OFFSETS else -1 for r, c in OFFSETS])
+"""Place among the offsets of each one's mirror image; -1 for those to the right alone."""
+
+
+@njit(cache=True)
+def _add_mirrored(out, turned, offsets, mirrored):
+    """Replace the output by its mean with that for a mirror image, where the partner lies inside the image."""
+    half, width = np.float32(0.5), out.shape[2]
+    for k in range(out.shape[0]):
+        # Only to the right: the pair is the partner's, which is as many columns to the left in the mirror.
+        shared = k == 0 or mirrored[k - 1] >= 0
+        shift = 0 if shared else offsets[k - 1, 1]
+        other = turned[1 + mirrored[k - 1] if k > 0 and shared else k]
+        for row in range(out.shape[1]):
+            for col in range(width - shift):
+                out[k, row, col] = half * (out[k, row, col] + other[row, width - 1 - col - shift])
