@@ -1,6 +1,7 @@
 """Check arm configurations against a collision world in batches."""
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Bool, Float, UInt64
@@ -137,8 +138,9 @@ def carved(
     return replace(world, kind=kind)
 
 
+@lru_cache(maxsize=16)
 def robot_arrays(robot: RobotDescription) -> RobotArrays:
-    """Return the robot for the compiled checks; build it once if configurations come one at a time."""
+    """Return the robot for the compiled checks."""
     arm, model = robot.arm, robot.spheres
     dof = len(arm.joint_names)
     order = np.argsort(model.link, kind="stable")

@@ -4,6 +4,7 @@ All lengths refer to the grasp frame of a grasp of width w: x closing, z approac
 Fingertips may travel on an arc: opened, they are drawn back by `reach(w)` (0 for a gripper with straight travel).
 """
 
+from functools import lru_cache
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -43,6 +44,7 @@ class HandGeometry(NamedTuple):
     reach_m: Float[np.ndarray, "m"]
 
 
+@lru_cache(maxsize=16)
 def hand_geometry(gripper: GripperDescription) -> HandGeometry:
     """Return the kernel form of a gripper. Raises InputError if its fingers do not enclose the TCP along x."""
     width = gripper.max_width_m

@@ -63,7 +63,7 @@ class SphereModel:
         return len(self.radii)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class RobotDescription:
     """A robot: arm, gripper, shape, and their names in the MJCF.
 

@@ -18,7 +18,7 @@ class OrientedBox:
     half_size: Float[np.ndarray, "3"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class GripperDescription:
     """A parallel gripper with two fingers.
 
