@@ -19,6 +19,10 @@ def _threads() -> str | None:
     return os.environ.get("OPENBLAS_NUM_THREADS")
 
 
+def _threads_for_drawing() -> str | None:
+    return os.environ.get("LP_NUM_THREADS")
+
+
 def test_children_are_told_and_the_parent_is_as_before(monkeypatch):
     monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
     monkeypatch.setenv("OMP_NUM_THREADS", "3")
@@ -26,6 +30,7 @@ def test_children_are_told_and_the_parent_is_as_before(monkeypatch):
     def ask_child_and_fail():
         with one_thread_each(), ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
             assert pool.submit(_threads).result(timeout=60) == "1"
+            assert pool.submit(_threads_for_drawing).result(timeout=60) == "0"
             raise KeyError
 
     with pytest.raises(KeyError):
