@@ -60,7 +60,7 @@ BUDGETS = {
     "simulated pick": Row(1.5, 4.0),
 }
 OWN_EYES = BUDGETS | {
-    "perceive + occlusion update": Row(0.300, float("nan")),
+    "perceive + occlusion update": Row(0.150, float("nan")),
     "image to decision": Row(0.600, float("nan"), 45.0),
 }
 """For perceptions that find the objects themselves."""

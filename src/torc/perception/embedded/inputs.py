@@ -163,8 +163,10 @@ def cut(view: View, window: Window, height: int, width: int) -> Patch:
     )
     rgb = view.rgb
     if window.scale < 0.6:  # several pixels for one
-        blur = 0.4 / window.scale
-        rgb = cv2.GaussianBlur(rgb, (0, 0), blur)
+        blur, rgb = 0.4 / window.scale, rgb.copy()
+        rim = int(3 * blur) + 4
+        part = tuple(slice(max(int(at[0]) - rim, 0), int(at[-1]) + rim) for at in (rows, cols))
+        rgb[part] = cv2.GaussianBlur(rgb[part], (0, 0), blur)
     rgb = cv2.remap(rgb, grid_cols, grid_rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT)
     points = _points(filled(depth), grid_rows, grid_cols, view)
     return Patch(window, np.asarray(rgb, np.uint8), depth, points)
