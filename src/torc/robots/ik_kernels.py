@@ -159,60 +159,27 @@ def angle_between(v, u, axis, work):
 
 
 @njit(cache=True)
-def _dot(a, b):
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-@njit(cache=True)
-def _cross(a, b):
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-@njit(cache=True)
-def _apply(rows, v):
-    return _dot(rows[0], v), _dot(rows[1], v), _dot(rows[2], v)
-
-
-@njit(cache=True)
-def _rotation(axis, angle):
-    """Return the rows of the rotation about a unit axis, and those of its inverse."""
-    x, y, z = axis
-    c, s = np.cos(angle), np.sin(angle)
-    v = 1.0 - c
-    xx, yy, zz = c + x * x * v, c + y * y * v, c + z * z * v
-    xy, yx = x * y * v - z * s, x * y * v + z * s
-    xz, zx = x * z * v + y * s, x * z * v - y * s
-    yz, zy = y * z * v - x * s, y * z * v + x * s
-    return ((xx, xy, xz), (yx, yy, yz), (zx, zy, zz)), ((xx, yx, zx), (xy, yy, zy), (xz, yz, zz))
-
-
-@njit(cache=True)
-def _turn_between(v, u, axis):
-    """Return what `angle_between` returns."""
-    s, c = _dot(axis, _cross(v, u)), _dot(v, u) - _dot(axis, v) * _dot(axis, u)
-    return np.arctan2(s, c) if s * s + c * c > 1e-20 else 0.0
-
-
-@njit(cache=True)
-def split_rotation(R, a, b, c, out):
-    """Write angles to out (2, 3) with R = rot(a) rot(b) rot(c), a and c at right angles to b; return how many.
-
-    In tuples, which the compiler keeps in registers: inverse kinematics spends most of its time here.
-    """
-    R = ((R[0, 0], R[0, 1], R[0, 2]), (R[1, 0], R[1, 1], R[1, 2]), (R[2, 0], R[2, 1], R[2, 2]))
-    a, b, c = (a[0], a[1], a[2]), (b[0], b[1], b[2]), (c[0], c[1], c[2])
-    u = _apply(R, c)
-    middle = np.arctan2(_dot(a, _cross(b, c)), _dot(a, c))
-    half = np.arccos(min(1.0, max(-1.0, _dot(a, u))))
-    turned = _apply(R, b)
+def split_rotation(R, a, b, c, out, work):
+    """Write angles to out (2, 3) with R = rot(a) rot(b) rot(c), a and c at right angles to b; return how many."""
+    u, v, w = work[0], work[1], work[2]
+    M = work[3:6]
+    apply(R, c, u)
+    cross(b, c, w)
+    middle = np.arctan2(dot(a, w), dot(a, c))
+    half = np.arccos(min(1.0, max(-1.0, dot(a, u))))
     n = 2 if 1e-7 < half < np.pi - 1e-7 else 1
     for k in range(n):
         out[k, 1] = middle + (half if k == 0 else -half)
-        there, back = _rotation(b, out[k, 1])
-        out[k, 0] = _turn_between(_apply(there, c), u, a)
+        rotate_about(b, out[k, 1], M)
+        apply(M, c, v)
+        out[k, 0] = angle_between(v, u, a, w)
         # What remains for c: rot(c) b = rot(b)^T rot(a)^T R b, and rot(b) does not move b.
-        v = _apply(back, _apply(_rotation(a, out[k, 0])[1], turned))
-        out[k, 2] = _turn_between(b, v, c)
+        apply(R, b, v)
+        rotate_about(a, -out[k, 0], M)
+        apply(M, v, w)
+        rotate_about(b, -out[k, 1], M)
+        apply(M, w, v)
+        out[k, 2] = angle_between(b, v, c, w)
     return n
 
 

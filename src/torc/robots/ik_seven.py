@@ -74,7 +74,7 @@ def _solve_srs(T, structure, swivels, joints, solutions):
     work, elbows = np.zeros((6, 3)), np.zeros(2)
     R, R3, Rmin, Rs, Rw, turn = np.zeros((6, 3, 3))
     first, last = np.zeros((2, 3)), np.zeros((2, 3))
-    v, p, unit = np.zeros((3, 3))
+    v, p, unit, q = np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(7)
     matmul(T, T0_inverse, R)
     # The wrist does not move with joints 4-6: its wanted position is that of the point W of the flange.
     apply(T0_inverse, wrist, v)
@@ -87,9 +87,6 @@ def _solve_srs(T, structure, swivels, joints, solutions):
     unit[:] = p / reach
     count = 0
     for e in range(elbow_angles(axes[3], elbow, shoulder, wrist, reach, elbows)):
-        elbow_angle = wrap_near(elbows[e], joints.lower[3], joints.upper[3], joints.rest[3])
-        if np.isnan(elbow_angle):
-            continue
         rotate_about(axes[3], elbows[e], R3)
         apply(R3, wrist - elbow, v)
         v += elbow - shoulder
@@ -99,31 +96,15 @@ def _solve_srs(T, structure, swivels, joints, solutions):
             matmul(turn, Rmin, Rs)
             matmul(Rs.T, R, turn)
             matmul(R3.T, turn, Rw)
-            n_first = _within(joints, 0, first, split_rotation(Rs, axes[0], axes[1], axes[2], first))
-            if n_first == 0:
-                continue
-            n_last = _within(joints, 4, last, split_rotation(Rw, axes[4], axes[5], axes[6], last))
+            n_first = split_rotation(Rs, axes[0], axes[1], axes[2], first, work)
+            n_last = split_rotation(Rw, axes[4], axes[5], axes[6], last, work)
             for i in range(n_first):
                 for j in range(n_last):
-                    if count < solutions.shape[0]:
-                        q = solutions[count]
-                        q[:3], q[3], q[4:] = first[i], elbow_angle, last[j]
+                    q[:3], q[3], q[4:] = first[i], elbows[e], last[j]
+                    if count < solutions.shape[0] and wrap_into_limits(q, joints):
+                        solutions[count] = q
                         count += 1
     return count
-
-
-@njit(cache=True)
-def _within(joints, start, angles, n):
-    """Wrap the first n rows of angles (3 joints from `start` on) into the limits; return how many, in front, can be."""
-    kept = 0
-    for k in range(n):
-        inside = True
-        for i in range(3):
-            j = start + i
-            angles[kept, i] = wrap_near(angles[k, i], joints.lower[j], joints.upper[j], joints.rest[j])
-            inside = inside and not np.isnan(angles[kept, i])
-        kept += inside
-    return kept
 
 
 @njit(cache=True)
@@ -172,7 +153,7 @@ def _solve_offset(T, structure, samples, joints, solutions):
                 q[4] = angle_between(axes[5], v, axes[4], work[0])
                 apply(M.T, axes[4], v)
                 q[5] = angle_between(v, axes[4], axes[5], work[0])
-                for f in range(split_rotation(Rs, axes[0], axes[1], axes[2], first)):
+                for f in range(split_rotation(Rs, axes[0], axes[1], axes[2], first, work)):
                     q[:3] = first[f]
                     if count < solutions.shape[0]:
                         solutions[count] = q
