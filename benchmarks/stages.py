@@ -163,7 +163,23 @@ def measured(args: Args) -> Samples:
     wall = run(args.every)
     with patch("time.perf_counter", time.process_time):
         processor = run(args.every)
-    return {"wall": wall, "processor": processor, "kernels": {"a look": [kernel_calls(args, system)]}}
+    kernels = {"a look": [kernel_calls(args, system)]}
+    return {"wall": wall, "processor": processor, "kernels": kernels, "memory": one_pass(system)}
+
+
+def one_pass(system: System) -> Mapping[str, Sequence[float]]:
+    """Copy the arrays of a look once: picture, volume and collision world. No look can be faster than that."""
+    shapes = random_clutter(np.random.default_rng(0), 8)
+    look = system.pipeline.look(synthetic_capture(shapes, system.workspace.camera))
+    holders = look.captures[0].observation, look.context.scene, look.context.volume, look.world
+    arrays = [v for holder in holders for v in vars(holder).values() if isinstance(v, np.ndarray)]
+    seconds = []
+    for _ in range(20):
+        start = time.perf_counter()
+        for array in arrays:
+            array.copy()
+        seconds.append(time.perf_counter() - start)
+    return {"seconds": [min(seconds)], "MB": [sum(array.nbytes for array in arrays) / 1e6]}
 
 
 def kernel_calls(args: Args, system: System) -> float:
@@ -266,7 +282,9 @@ def against_budgets(samples: Samples, conditions: Conditions) -> Iterator[str]:
         )
         times = f"{median:.3f} | {p95:.3f} | {spent:.3f}"
         yield f"| {name} | {len(wall)} | {times} | {limits} | {paper[0]} | {paper[1]} |"
-    yield f"\nCalls of kernels in a look: {samples['kernels']['a look'][0]:.0f}"
+    memory = samples["memory"]
+    yield f"\nCalls of kernels in a look: {samples['kernels']['a look'][0]:.0f}. One pass over what a look reads and "
+    yield f"writes ({memory['MB'][0]:.0f} MB): {1e3 * memory['seconds'][0]:.1f} ms."
 
 
 if __name__ == "__main__":

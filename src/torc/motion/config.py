@@ -79,7 +79,7 @@ class MotionConfig:
     """All settings of `SamplingMotionPlanner`.
 
     Attributes:
-        max_grasps: grasps tried, best first.
+        max_grasps: grasps tried, best first. A look follows the straight ways of as many grasps of an object.
         opening_m: opening of the gripper until it closes on the object; None for fully open.
         carve_margin_m: room cleared around a configuration that must be free although voxels say otherwise.
         drop_yaws: directions of the gripper over the bin, evenly spread.

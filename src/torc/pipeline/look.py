@@ -122,7 +122,8 @@ class Pipeline:
             task planner chooses from what is left: RANDOM draws among fewer objects, and for DG-SELECT an object
             without a better grasp is not graspable. 0 follows the paper: then no grasp waits.
         bets: when a doubtful grasp waits until a neighbour is cleared; see torc.pipeline.better_bet.
-        motion: settings of the motion planner: a valid grasp has straight motions by these.
+        motion: settings of the motion planner: by these, the best valid grasps of an object have straight motions, as
+            many as the motion planner tries (`max_grasps`); worse ones are not followed.
     """
 
     perception: Perception
