@@ -19,6 +19,7 @@ ORDER = [
     "io",
     "registry",
     "processes",
+    "parallel",
     "interrupts",
     "records",
     "geometry",
