@@ -252,7 +252,7 @@ def contacts_each(
     """Return objects touched as bits, and flags, at each configuration; see `contact_kernels.contacts_at`."""
     bits, flags = np.zeros(len(qpos), np.uint64), np.zeros(len(qpos), np.uint8)
     columns = (qpos, width_m, own, bits, flags)
-    by_rows(contacts_batch, columns, robot, world, first_only, voxels_too, least=32)
+    by_rows(contacts_batch, columns, robot, world, first_only, voxels_too, least=128)
     return bits, flags
 
 
