@@ -7,6 +7,7 @@ fewer for shares near 1; these intervals contain it in 93-97 % (tests/benchmark/
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from itertools import product
 from math import log, sqrt
 
@@ -74,9 +75,15 @@ NOTHING = Estimate(float("nan"), float("nan"), float("nan"), 0, 0)
 
 def by_problem(problems: Sequence[str], *columns: Sequence[float]) -> tuple[Sums, ...]:
     """Sum columns over the rows of each problem, problems in alphabetical order."""
-    names, index = np.unique(np.asarray(problems, dtype=object).astype(str), return_inverse=True)
+    index, count = _numbered(problems)
     # For empty input NumPy counts in whole numbers.
-    return tuple(np.bincount(index, np.asarray(c, float), len(names)).astype(float) for c in columns)
+    return tuple(np.bincount(index, np.asarray(c, float), count).astype(float) for c in columns)
+
+
+def _numbered(problems: Sequence[str]) -> tuple[np.ndarray, int]:
+    """Return each row's problem as its place in alphabetical order, and the number of problems."""
+    place = {name: i for i, name in enumerate(sorted(set(problems)))}
+    return np.fromiter(map(place.__getitem__, problems), np.intp, len(problems)), len(place)
 
 
 def per_row(rows: Iterable[tuple[str, float]]) -> tuple[Sums, Sums]:
@@ -151,15 +158,17 @@ def median(problems: Sequence[str], values: Sequence[float]) -> Estimate:
     if not len(values):
         return NOTHING
     numbers = np.asarray(values, dtype=float)
-    names, index = np.unique(np.asarray(problems).astype(str), return_inverse=True)
+    index, count = _numbered(problems)
     cuts = np.unique(numbers)
     if len(cuts) > _MAX_CUTS:
         cuts = np.unique(np.quantile(numbers, np.linspace(0, 1, _MAX_CUTS), method="lower"))
-    totals = np.bincount(index, minlength=len(names)).astype(float)
-    shares = [share(np.bincount(index, numbers <= cut, len(names)), totals) for cut in cuts]
+    totals = np.bincount(index, minlength=count).astype(float)
+    first = np.searchsorted(cuts, numbers)  # The first cut that a number is not above.
+    steps = np.bincount(first * count + index, minlength=len(cuts) * count).reshape(len(cuts), count)
+    shares = [share(hits, totals) for hits in np.cumsum(steps, axis=0).astype(float)]
     low = next((cut for cut, s in zip(cuts, shares) if s.high >= 0.5), cuts[-1])
-    high = next((cut for cut, s in zip(cuts, shares) if s.low >= 0.5), np.inf if len(names) < 2 else cuts[-1])
-    return Estimate(float(np.median(numbers)), float(low), float(high), len(numbers), len(names))
+    high = next((cut for cut, s in zip(cuts, shares) if s.low >= 0.5), np.inf if count < 2 else cuts[-1])
+    return Estimate(float(np.median(numbers)), float(low), float(high), len(numbers), count)
 
 
 def ratio(sums: Sums, totals: Sums) -> tuple[float, float]:
@@ -190,6 +199,7 @@ def wilson(p: float, trials: float, quantile: float) -> tuple[float, float]:
     return max(0.0, middle - half), min(1.0, middle + half)
 
 
+@cache
 def _quantile(problems: int) -> float:
     return float(student.ppf(0.5 + LEVEL / 2, problems - 1))
 

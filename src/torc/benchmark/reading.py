@@ -15,7 +15,7 @@ from torc.objects.library import object_facts
 from torc.problems.problem import Problem, load_problem
 from torc.specs.trial import TrialSpec
 from torc.trials.log import TrialResult
-from torc.trials.recorded import check_directory, picks_of, read_events, read_result, read_spec
+from torc.trials.recorded import check_directory, picks_of, read_counted_events, read_result, read_spec
 from torc.trials.versions import versions_text
 
 _MAX_CURRENCY, _MAX_DEPTH = 8, 6
@@ -160,7 +160,7 @@ def _row(directory: Path, spec: TrialSpec, result: TrialResult | None, **more: A
 def _picks(log: Path, problem: Problem | None) -> Iterator[PickRow]:
     """Yield the attempts in a log, up to the first incomplete one; none if it cannot be read."""
     try:
-        picks = picks_of(read_events(log))
+        picks = picks_of(read_counted_events(log))
     except InputError:
         return
     unseen = [object_facts(o.model).held_out for o in problem.ordered()] if problem is not None else []

@@ -9,7 +9,8 @@ import io
 import shlex
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
@@ -29,6 +30,7 @@ _MAX_BYTES = 512 * 2**20
 REAL = "real"
 """Category of trials on a real robot."""
 _FOUND_ABSENT = (EndReason.GAVE_UP, EndReason.NOTHING_LEFT)
+_GRASP_TRIED = frozenset(result for result in PickResult if result.grasp_tried)
 _WENT_WELL = (PickResult.RETRIEVED, PickResult.REMOVED)
 _Row = TypeVar("_Row")
 
@@ -77,7 +79,7 @@ class PickRow:
     @property
     def grasp_tried(self) -> bool:
         """True if the robot went for the grasp."""
-        return PickResult(self.result).grasp_tried
+        return self.result in _GRASP_TRIED
 
     @property
     def delivered(self) -> bool:
@@ -202,7 +204,7 @@ class Table:
         """Only the trials on a real robot."""
         return Table(self.root, self.beside or tuple(row for row in self.rows if row.real))
 
-    @property
+    @cached_property
     def has_place(self) -> bool:
         """True if the trials share a directory that a viewer can be given."""
         whole = self.root.resolve()
@@ -266,7 +268,7 @@ def trial_records(table: Table) -> list[dict[str, Any]]:
 def pick_records(table: Table) -> list[dict[str, Any]]:
     """Return a flat record per attempt of all completed trials."""
     return [
-        {**{k: getattr(row, k) for k in _KEY}, **asdict(pick)}
+        {**{k: getattr(row, k) for k in _KEY}, **vars(pick)}
         for row in (*table.rows, *table.beside)
         for pick in row.picked
     ]

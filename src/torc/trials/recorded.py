@@ -18,6 +18,7 @@ from torc.io.reading import read_bytes, read_plain_text
 from torc.specs.spec_files import RecordedSpec, from_plain
 from torc.specs.trial import TrialSpec
 from torc.trials.log import (
+    COUNTED_LINE,
     EVENT_LINE,
     DecidedLine,
     EndedLine,
@@ -41,8 +42,10 @@ _MAX_PICTURE_BYTES = 32 * 2**20
 _PNG = b"\x89PNG\r\n\x1a\n"
 MAX_LOG_BYTES, MAX_FACTS_BYTES = 64 * 2**20, 2**20
 _HALF_PAIR = re.compile(
-    r"\\u[dD][89abAB][0-9a-fA-F]{2}(?!\\u[dD][c-fC-F])|(?<!\\u[dD][89abAB]..)\\u[dD][c-fC-F][0-9a-fA-F]{2}"
+    # Begins with plain text, which is found quickly.
+    r"\\u[dD](?:[89abAB][0-9a-fA-F]{2}(?!\\u[dD][c-fC-F])|(?<!\\u[dD][89abAB]..\\u[dD])[c-fC-F][0-9a-fA-F]{2})"
 )
+_JSON = json.JSONDecoder(parse_constant=lambda _: None)
 
 
 def sent_name(which: int) -> str:
@@ -190,12 +193,28 @@ def read_events(path: Path) -> list[EventLine]:
 
     Raises InputError if it is missing, too large, or a line is not an event; names the line.
     """
+    return _events(path, lambda line: EVENT_LINE.validate_python(_parsed(line)))
+
+
+def read_counted_events(path: Path) -> list[EventLine]:
+    """Read what tables count of a log, see `COUNTED_LINE`. Raises InputError as `read_events`."""
+
+    def counted(line: str) -> EventLine:
+        try:
+            return COUNTED_LINE.validate_json(line)
+        except ValueError:  # perhaps NaN, or half a pair
+            return COUNTED_LINE.validate_python(_parsed(line))
+
+    return _events(path, counted)
+
+
+def _events(path: Path, check: Callable[[str], EventLine]) -> list[EventLine]:
     text = read_plain_text(path, MAX_LOG_BYTES, "the log of a trial")
     whole, _, _ = text.rpartition("\n")
     events = []
     for number, line in enumerate(whole.split("\n") if whole else [], start=1):
         try:
-            events.append(EVENT_LINE.validate_python(_parsed(line)))
+            events.append(check(line))
         except (ValueError, RecursionError) as error:
             raise InputError(f"{path}, line {number}: {_said(error)}. This is no log of a trial.") from None
     return events
@@ -221,7 +240,7 @@ def _read(path: Path, check: Callable[[Any], Any] = lambda plain: plain) -> Any:
 
 def _parsed(text: str) -> Any:
     # Half a surrogate pair is not text; NaN and Infinity are not JSON, and no browser accepts them.
-    return json.loads(_HALF_PAIR.sub(r"\\ufffd", text), parse_constant=lambda _: None)
+    return _JSON.decode(_HALF_PAIR.sub(r"\\ufffd", text))
 
 
 def _said(error: Exception) -> str:

@@ -82,10 +82,12 @@ _MAX_WIDTH, _JPEG_QUALITY = 480, 78
 
 def trial_board(table: Table, planners: Sequence[str]) -> TextTable:
     """Return a square per trial: problems down, planners across in the given order, seeds side by side."""
-    cells: dict[tuple[str, str], tuple[Link, ...]] = defaultdict(tuple)
+    cells: dict[tuple[str, str], list[Link]] = defaultdict(list)
     for row in table.rows:
-        cells[row.problem, row.planner] += (_square(table, row),)
-    rows: list[tuple[Cell, ...]] = [(name, *(cells[name, p] for p in planners)) for name in table.problems]
+        cells[row.problem, row.planner].append(_square(table, row))
+    rows: list[tuple[Cell, ...]] = [
+        (name, *(tuple(cells[name, p]) for p in planners)) for name in table.problems
+    ]
     return TextTable("Every trial", ("problem", *planners), rows)
 
 
