@@ -58,16 +58,15 @@ class Mover:
         Ts_world_tool0: Float[np.ndarray, "*p 4 4"],
         directions: Float[np.ndarray, "*d 3"],
         length_m: float,
-        waypoints: int | None = None,
     ) -> tuple[Float[np.ndarray, "b m dof"], Int[np.ndarray, "b"]]:
         """Return joint paths along straight lines of the flange, and how many waypoints in a row each one meets.
 
         Poses at the starts and directions (unit vectors, world frame) may be one for all; the orientation is kept. The
-        paths leave out the starts, end after `waypoints` if given, and are NaN beyond the last waypoint that is met.
+        paths leave out the starts, and are NaN beyond the last waypoint that is met.
         """
         steps, config = self.waypoints(length_m), self.config.cartesian
         starts, n, margin = kernel_array(starts), len(starts), config.limit_margin_rad
-        paths = np.full((n, waypoints or steps, starts.shape[1]), np.nan)
+        paths = np.full((n, steps, starts.shape[1]), np.nan)
         counts = np.zeros(n, dtype=np.int64)
         follow_each(
             starts,
