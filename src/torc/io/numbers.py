@@ -6,7 +6,6 @@ Does not import NumPy, because `torc --help` reads these records too.
 import types
 import typing
 from collections.abc import Mapping
-from functools import cache
 from typing import Any
 
 from torc.errors import InputError
@@ -22,7 +21,7 @@ def take_numbers(record: Any) -> None:
     Fields of int take Python's and NumPy's whole numbers, fields of float any real number, fields of bool either bool.
     Raises InputError for anything else, e.g. True in place of a number.
     """
-    for name, hint in _hints(type(record)).items():
+    for name, hint in typing.get_type_hints(type(record)).items():
         options = typing.get_args(hint) if isinstance(hint, types.UnionType) else (hint,)
         kind, *others = [option for option in options if option is not types.NoneType]
         value = _plain(getattr(record, name))
@@ -35,9 +34,6 @@ def take_numbers(record: Any) -> None:
                 f"{name} is {value!r}; it must be {words}{' or None' if len(options) > 1 else ''}."
             )
         object.__setattr__(record, name, value)
-
-
-_hints = cache(typing.get_type_hints)
 
 
 def plain_values(values: Mapping[str, Any]) -> dict[str, Any]:
