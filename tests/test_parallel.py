@@ -1,5 +1,6 @@
 """Independent work in threads: the same results in the same order, whatever the number of threads."""
 
+import os
 import threading
 
 import numpy as np
@@ -52,3 +53,26 @@ def test_every_row_is_worked_on_once(rows, least, threads):
     assert sum(calls) == rows
     assert len(calls) == 1 or min(calls) >= least
     assert threads > 1 or len(calls) == 1
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork")
+@pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
+def test_a_forked_process_gets_threads_of_its_own():
+    each(lambda k: k, range(9))
+    if (child := os.fork()) == 0:
+        os._exit(0 if each(lambda k: k, range(9)) == list(range(9)) else 1)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+
+
+def test_several_threads_ask_at_once():
+    found = [None] * 6
+
+    def ask(n: int) -> None:
+        found[n] = each(lambda k: k + n, range(40))
+
+    asking = [threading.Thread(target=ask, args=(n,)) for n in range(6)]
+    for thread in asking:
+        thread.start()
+    for thread in asking:
+        thread.join()
+    assert found == [[k + n for k in range(40)] for n in range(6)]

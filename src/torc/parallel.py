@@ -4,6 +4,7 @@ Only kernels that release the interpreter's lock (`nogil`), and the larger funct
 side. Every piece of work is done alone and in order, so no result depends on the number of threads.
 """
 
+import os
 import threading
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -24,7 +25,8 @@ _here = threading.local()
 def each(function: Callable[[_T], _R], items: Iterable[_T]) -> list[_R]:
     """Return the function's results in the order of the items, several at a time. Raises what the function raises.
 
-    Within one of its own calls, it works through the items in the thread that called it.
+    Within one of its own calls, it works through the items in the thread that called it. After an exception, items that
+    have begun are still worked on.
     """
     todo = list(items)
     if len(todo) < 2 or threads() < 2 or getattr(_here, "working", False):
@@ -64,3 +66,13 @@ def _marked(function: Callable[[_T], _R], item: _T) -> _R:
         return function(item)
     finally:
         _here.working = False
+
+
+def _forget() -> None:
+    """Forget the threads, which a forked process does not have."""
+    _pool.cache_clear()
+    _here.working = False
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_forget)

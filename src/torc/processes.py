@@ -28,9 +28,10 @@ _ALONE = {
 def threads() -> int:
     """Return how many threads this process may use: 1 in a worker, else one per core that it may run on.
 
-    The environment variable OMP_NUM_THREADS sets another number. No result depends on it.
+    The environment variable OMP_NUM_THREADS sets another number: say so where a container may use fewer cores than it
+    sees. No result depends on it. While a pool of workers is open, this process, too, uses one.
     """
-    given = os.environ.get(_THREADS, "")
+    given = os.environ.get(_THREADS, "").partition(",")[0]
     if given.isdecimal():
         return max(1, int(given))
     return len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1

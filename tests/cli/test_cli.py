@@ -14,6 +14,7 @@ from tests.helpers.torc_command import run_torc
 from torc.cli.commands import Group
 from torc.cli.doctor import DoctorCommand
 from torc.cli.main import TORC
+from torc.errors import InputError
 from torc.problems.problem import load_problem, problem_text
 from torc.problems.sets import problem_names, problem_sets
 
@@ -140,3 +141,19 @@ def test_a_gl_library_that_mujoco_does_not_know_is_told(name):
         assert ended.returncode == code
         assert "Unset" in text
         assert "Traceback" not in text
+
+
+@pytest.mark.parametrize(
+    ("options", "kept"),
+    [("", set()), ("--video", {"video"}), ("--trajectory", {"trajectory"}), ("--save-records", {"snapshots"})],
+)
+def test_run_keeps_what_it_is_asked_for(options, kept, monkeypatch, tmp_path, capsys):
+    asked = {}
+
+    def played(*_, recording, **__):
+        asked.update(vars(recording))
+        raise InputError("enough")
+
+    monkeypatch.setattr("torc.trials.trial.run_trial", played)
+    run_torc("run", "structured-01", "--out", tmp_path / "trial", *options.split(), capsys=capsys)
+    assert {name for name, value in asked.items() if value} == kept | {"pictures"}

@@ -139,6 +139,8 @@ def test_pickled_objects_are_not_opened(tmp_path):
         (lambda m: {"feature": np.where(m.feature >= 0, 5, m.feature)}, "does not exist"),
         (lambda m: {"roots": m.roots + 10**6}, "outside"),
         (lambda m: {"value": m.value * np.nan}, "not finite"),
+        (lambda m: {"left": m.right}, "two parents"),
+        (lambda m: {"roots": np.repeat(m.roots, 2)}, "two parents"),
         (lambda m: {"threshold": m.threshold[:-1]}, "differ in length"),
         (lambda m: {"knots_p": m.knots_p[::-1]}, "does not rise"),
         (lambda m: {"knots_held": m.knots_held + 0.5}, "does not rise"),

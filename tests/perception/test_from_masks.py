@@ -156,11 +156,12 @@ class Wrong(Halves):
             Masks(np.full((240, 320), 2, np.int16), np.ones(1, np.float32)),
             r"sureness is \(1,\).*label numbers 3 masks",
         ),
+        (Masks(np.full((240, 320), -2, np.int16), np.ones(1, np.float32)), "label has -2; it is -1 where"),
     ],
 )
 def test_unusable_masks_are_blamed_on_who_found_them(masks, text):
     observation = synthetic_observation((box(1, 0.55, -0.20, (0.1, 0.1, 0.2)),))
-    if isinstance(masks, Masks) and masks.label.max() == 2:
-        masks = replace(masks, label=np.full(observation.depth_m.shape, 2, np.int16))
+    if isinstance(masks, Masks) and masks.label.shape == (240, 320):
+        masks = replace(masks, label=np.resize(masks.label, observation.depth_m.shape))
     with pytest.raises(PartError, match=rf"Wrong.find \(.*test_from_masks\.py, line \d+\): .*{text}"):
         Wrong(masks).perceive(observation, Wanted(""), None)

@@ -29,10 +29,9 @@ SPEC = TrialSpec.of("structured-04", "dg-select", seed=3, max_picks=1)
 
 
 class Reader(RandomPlanner):
-    """A planner that may read the picture."""
+    """A planner that may read the picture, though the one that it extends does not."""
 
     name = "reader"
-    reads_picture = True
 
 
 def _silent(text: str) -> None:

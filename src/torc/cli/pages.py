@@ -181,7 +181,7 @@ class HumanCommand:
                 out,
                 planner=HumanPlanner(session, spec.planner.expert),
                 listeners=[session.show],
-                recording=Recording(self.video, observers=() if camera is None else (camera.observe,)),
+                recording=Recording(video=self.video, observers=() if camera is None else (camera.observe,)),
                 overwrite=True,
                 say=lambda text: session.publish(message=text),
             )

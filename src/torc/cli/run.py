@@ -80,7 +80,9 @@ class RunCommand:
                 spec,
                 out,
                 listeners=[] if self.json else [TerminalProgress(console, status)],
-                recording=Recording(self.video, self.trajectory, self.save_records),
+                recording=Recording(
+                    video=self.video, trajectory=self.trajectory, snapshots=self.save_records
+                ),
                 overwrite=self.overwrite,
                 vlm_cache=self.vlm.cache(),
                 say=lambda text: console.print(text, style="dim", highlight=False),

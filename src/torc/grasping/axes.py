@@ -18,7 +18,7 @@ _STEEP = 0.35
 
 def approach_directions(forward: Float[np.ndarray, "3"], config: CandidateConfig) -> Float[np.ndarray, "a 3"]:
     """Return straight down, and every tilt with every yaw about the vertical from `forward` (unit vectors)."""
-    return _directions(tuple(forward.tolist()), config.tilts_rad, config.yaws_rad)
+    return _directions(tuple(forward.tolist()), tuple(config.tilts_rad), tuple(config.yaws_rad))
 
 
 @lru_cache(maxsize=16)

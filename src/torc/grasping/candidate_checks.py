@@ -94,12 +94,14 @@ def check_candidates(
 
 
 @njit(cache=True)
-def _regions(hand, near_m, margin_m):
+def _regions(hand, near_m, slack_m, margin_m):
     """Return where the open gripper's parts are: half widths of its slim part, then half widths and top of the rest.
 
-    The slim part, grown by `near_m`, is about as thick as the fingers; the rest, grown by `margin_m`, lies behind it.
+    The slim part, grown by `near_m`, is about as thick as the fingers, and holds the space between the pads with
+    `slack_m` beside it; the rest, grown by `margin_m`, lies behind it.
     """
-    slim_x, slim_y = 0.5 * hand.max_width_m + hand.finger_x + near_m, hand.finger_y + near_m
+    slim_x = 0.5 * hand.max_width_m + max(hand.finger_x + near_m, slack_m)
+    slim_y = max(hand.finger_y, hand.pad_y) + near_m
     wide_x, wide_y, wide_z = 0.0, 0.0, -1e9
     for k in range(len(hand.palm_ranges)):
         part = hand.palm_ranges[k]
@@ -163,7 +165,7 @@ def _count_foreign(frame, regions, bottom, top, others, width, shift_z, hand, li
     half, outer = 0.5 * width, 0.5 * hand.max_width_m + hand.finger_x
     back, margin = shift_z - hand.finger_z, limits.finger_margin_m
     points, tags, starts, centers, radii, reached = others
-    _find_reached(frame, regions, shift_z, bottom, top, centers, radii, reached)
+    _find_in_regions(frame, regions, shift_z, bottom, top, centers, radii, reached)
     for c in range(len(reached)):
         if not reached[c]:
             continue
@@ -199,7 +201,7 @@ def _count_foreign(frame, regions, bottom, top, others, width, shift_z, hand, li
 
 
 @njit(cache=True)
-def _find_reached(frame, regions, shift_z, bottom, top, centers, radii, reached):
+def _find_in_regions(frame, regions, shift_z, bottom, top, centers, radii, reached):
     """Write which spheres come near one of the `_regions`; without branches: vector instructions."""
     (ax, ay, az), (bx, by, bz), (cx, cy, cz), (ox, oy, oz) = frame
     (slim_x, slim_y), (wide_x, wide_y, wide_z) = regions
@@ -234,7 +236,7 @@ def _palm_place(x, y, z, palm_ranges, margin_m):
 def _others_near(tips, cells, own_id, reach):
     """Return other objects' points in cells that come within `reach` of some tip, or nearly so.
 
-    Points, ids, first point of each cell, spheres around the cells, and scratch memory for `_find_reached`.
+    Points, ids, first point of each cell, spheres around the cells, and scratch memory for `_find_in_regions`.
     """
     low, high = np.full(3, 1e9), np.full(3, -1e9)
     for n in range(len(tips)):
@@ -288,8 +290,8 @@ def _check_all(Rs, tips, widths, own, own_id, cells, hand, box, support_z_m, lim
     palm_top_z = -1e9
     for part in range(len(hand.palm_ranges)):
         palm_top_z = max(palm_top_z, hand.palm_ranges[part, 4] + limits.palm_margin_m)
-    own_regions = _regions(hand, 0.0, limits.palm_margin_m)
-    other_regions = _regions(hand, NEAR_M, limits.palm_margin_m)
+    own_regions = _regions(hand, 0.0, limits.own_slack_m, limits.palm_margin_m)
+    other_regions = _regions(hand, NEAR_M, 0.0, limits.palm_margin_m)
     bottom, top = box[0, 2], box[1, 2]
     for n in range(len(widths)):
         R, tip, width = Rs[n], tips[n], widths[n]

@@ -41,7 +41,10 @@ class GraspScorer(Protocol):
     """Rates candidates by their features."""
 
     def score(self, features: Float32[np.ndarray, "n f"]) -> Float[np.ndarray, "n"]:
-        """Return the probability that the object is held after the lift; columns as in `features.FEATURE_NAMES`."""
+        """Return the probability that the object is held after the lift; columns as in `features.FEATURE_NAMES`.
+
+        Called for several objects at once, from threads of their own.
+        """
         ...
 
 

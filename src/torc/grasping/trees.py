@@ -190,6 +190,10 @@ def _problem(m: TreeModel) -> str:
         sound = len(held) == len(m.knots_p) >= 2 and held.min() >= 0.0 and held.max() <= 1.0
         if not sound or np.any(np.diff(m.knots_p) <= 0) or np.any(np.diff(held) < 0):
             return "the calibration does not rise within 0..1 over two knots or more"
+    inner = m.feature != _LEAF
+    referenced = np.concatenate([m.roots, m.left[inner], m.right[inner]])
+    if len(np.unique(referenced)) != len(referenced):
+        return "a node belongs to two parents"
     if not (np.all(np.isfinite(m.value)) and np.isfinite(m.baseline)) or np.any(np.isnan(m.threshold)):
         return "a value is not finite"
     return ""

@@ -93,6 +93,8 @@ def mask_faults(masks: Any, observation: Observation) -> Iterator[str]:
     label, sureness, shape = masks.label, masks.sureness, observation.depth_m.shape
     if not isinstance(label, np.ndarray) or label.shape != shape or label.dtype.kind != "i":
         yield f"label is {_array_text(label)}; it must be {shape}, as the picture is, of whole numbers (int16)"
+    elif label.min() < BACKGROUND:
+        yield f"label has {int(label.min())}; it is {BACKGROUND} where there is no mask, and a mask's number elsewhere"
     elif not isinstance(sureness, np.ndarray) or sureness.ndim != 1 or len(sureness) <= label.max():
         yield f"sureness is {_array_text(sureness)}; label numbers {int(label.max()) + 1} masks from 0 on"
     if masks.wanted_p is not None and getattr(masks.wanted_p, "shape", None) != shape:

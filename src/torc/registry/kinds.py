@@ -85,7 +85,8 @@ class TaskPlannerTraits(Traits):
     asks_model: bool = False
     """It asks a VLM: its class takes a `client`."""
     reads_picture: bool = True
-    """It may read the colour picture. Otherwise a simulated trial draws none, unless something else needs it."""
+    """It may read the colour picture. Otherwise a simulated trial draws none, unless something else needs it. A
+    subclass does not inherit False."""
     privileged: bool = False
     """It knows more than a camera shows, such as the simulator's truth. It plays as a reference and is not ranked; it
     cannot decide for real pictures."""

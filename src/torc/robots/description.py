@@ -17,6 +17,8 @@ Qpos = Float[np.ndarray, "dof"]
 class ArmDescription:
     """A serial arm with hinge joints.
 
+    Its arrays never change, since what is computed from them is kept: make another one with `dataclasses.replace`.
+
     T_world_link[i] = T_world_link[i-1] @ Ts_parent_joint[i] @ rotation(axes[i], qpos[i]), from T_world_base.
 
     Attributes:
@@ -66,6 +68,8 @@ class SphereModel:
 @dataclass(frozen=True, eq=False)
 class RobotDescription:
     """A robot: arm, gripper, shape, and their names in the MJCF.
+
+    Its arrays never change, since what is computed from them is kept: make another one with `dataclasses.replace`.
 
     Attributes:
         static_spheres: x, y, z, radius in the world frame, of the parts that do not move.

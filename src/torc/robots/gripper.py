@@ -22,6 +22,8 @@ class OrientedBox:
 class GripperDescription:
     """A parallel gripper with two fingers.
 
+    Its arrays never change, since what is computed from them is kept: make another one with `dataclasses.replace`.
+
     The TCP is midway between the distal ends of the fingertips; x is the closing direction, z points out of the
     gripper. Everything is tabulated over the opening.
 

@@ -116,9 +116,8 @@ class Watchdog:
 
     def _check_speeds(self) -> None:
         world = self._world
-        if (
-            np.abs(world.data.qvel).max() <= 0.5 * _MAX_SPEED_M_S
-        ):  # in each direction, hence in all below the limit
+        # Half of the limit in each direction is below it in all.
+        if np.abs(world.data.qvel).max(initial=0.0) <= 0.5 * _MAX_SPEED_M_S:
             return
         speeds = np.where(world.present, np.linalg.norm(world.velocities[:, :3], axis=1), 0.0)
         if speeds.max(initial=0.0) > _MAX_SPEED_M_S:

@@ -197,7 +197,7 @@ def read_events(path: Path) -> list[EventLine]:
 
 
 def read_counted_events(path: Path) -> list[EventLine]:
-    """Read what tables count of a log, see `COUNTED_LINE`. Raises InputError as `read_events`."""
+    """Read what tables count of a log, see `COUNTED_LINE`; the rest is not checked. Raises as `read_events`."""
 
     def counted(line: str) -> EventLine:
         try:

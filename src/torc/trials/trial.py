@@ -58,7 +58,7 @@ class Trial:
     directory: Path | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Recording:
     """What to keep of a trial beside events and pictures.
 
@@ -148,7 +148,8 @@ def run_trial(
     )
     recorder.asked = asked
     kept = out is not None and (recording.pictures or recording.video or recording.snapshots)
-    reads_picture = TASK_PLANNERS.traits(planner).reads_picture
+    # A subclass may read what its parent does not: only a planner's own class can say that it reads no picture.
+    reads_picture = vars(type(planner)).get("reads_picture", True)
     color = bool(kept or listeners or reads_picture or needs_color(system))
 
     def play() -> dict[str, Any]:

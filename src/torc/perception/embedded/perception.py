@@ -99,8 +99,9 @@ def both_ways(
     image = np.ascontiguousarray(inputs[..., ::-1])
     image[_ACROSS] = -image[_ACROSS]
     out, turned = each(network, [inputs, image])
+    out = np.array(out)  # the network may keep its own
     _add_mirrored(out, turned, _OFFSETS, _MIRRORED)
-    return np.asarray(out)
+    return out
 
 
 _OFFSETS = np.array(OFFSETS)
