@@ -145,7 +145,12 @@ def test_a_gl_library_that_mujoco_does_not_know_is_told(name):
 
 @pytest.mark.parametrize(
     ("options", "kept"),
-    [("", set()), ("--video", {"video"}), ("--trajectory", {"trajectory"}), ("--save-records", {"snapshots"})],
+    [
+        ("", set()),
+        ("--video", {"video"}),
+        ("--trajectory", {"trajectory"}),
+        ("--save-records", {"snapshots"}),
+    ],
 )
 def test_run_keeps_what_it_is_asked_for(options, kept, monkeypatch, tmp_path, capsys):
     asked = {}
