@@ -203,7 +203,8 @@ def row(
 def _sound(full: Look, seen: Look, pipeline: Pipeline) -> Bool[np.ndarray, "n"]:
     """Which candidates of the complete frame can be carried out, by what another look saw."""
     candidates, scene = full.context.grasps, full.context.scene
-    report = pipeline.evaluate(candidates, scene, seen.context.volume, seen.world)
+    every = replace(pipeline, motion=replace(pipeline.motion, max_grasps=len(candidates)))
+    report = every.evaluate(candidates, scene, seen.context.volume, seen.world)
     return hold_back_unlikely(report, candidates, pipeline.min_score).status == GraspStatus.VALID
 
 

@@ -16,7 +16,7 @@ from torc.records import GraspStatus
 from torc.robots.kinematics import tool0_poses
 
 
-def asked(request: PickRequest, robot, workspace, config: MotionConfig, most=None) -> np.ndarray:
+def asked(request: PickRequest, robot, workspace, config: MotionConfig, most=10**6) -> np.ndarray:
     return without_lines(
         request.grasps,
         request.report,
@@ -25,8 +25,7 @@ def asked(request: PickRequest, robot, workspace, config: MotionConfig, most=Non
         request.world,
         robot,
         workspace.support_z_m,
-        config,
-        most,
+        replace(config, max_grasps=most),
     )
 
 
@@ -102,7 +101,7 @@ def test_no_more_grasps_are_followed_than_are_asked_for(request_for, robot, work
     config, stopped = MotionConfig(cartesian=CartesianConfig(limit_margin_rad=0.3)), 0
     for seed in range(2):
         request = request_for(seed)[0]
-        every, some = (asked(request, robot, workspace, config, most=m) for m in (None, most))
+        every, some = (asked(request, robot, workspace, config, most=m) for m in (10**6, most))
         for k in request.report.object_ids:
             ranked = request.grasps.of(k)
             ranked = ranked[request.report.status[ranked] == GraspStatus.VALID]

@@ -34,26 +34,24 @@ def without_lines(
     robot: RobotDescription,
     support_z_m: float,
     config: MotionConfig,
-    most: int | None = None,
 ) -> Bool[np.ndarray, "n"]:
     """Return VALID grasps that have no straight approach from a free pre-grasp, or no straight lift.
 
-    Each object's grasps are followed by falling score until `most` of them have both, and the others left alone:
-    nobody tries them. Followed grasps are returned exactly if `line_candidates` finds nothing for them, whatever the
-    start.
+    Each object's grasps are followed by falling score until as many of them have both as the motion planner tries
+    (`config.max_grasps`); the others are left alone. A grasp that was followed is returned if and only if
+    `line_candidates` finds nothing for it, whatever the start.
 
     Args:
         grasps, report, scene, volume, world: as in a PickRequest.
         support_z_m: height of the support, world frame.
         config: settings of the motion planner that will carry them out.
-        most: grasps with straight ways that are enough for an object; None to follow all.
     """
     out = np.zeros(len(grasps), dtype=bool)
     ranked = [k[report.status[k] == GraspStatus.VALID] for k in map(grasps.of, report.object_ids)]
     order = np.concatenate([np.zeros(0, dtype=np.int64), *ranked])
     ends = np.cumsum([0, *map(len, ranked)])
     search = _Search(grasps, report, order, scene, volume, world, Mover(robot, config), support_z_m)
-    out[order] = search.ways(ends, len(order) if most is None else most) == NO_WAY
+    out[order] = search.ways(ends) == NO_WAY
     return out
 
 
@@ -75,14 +73,14 @@ class _Search:
     held: dict[int, Held] = field(default_factory=dict)
     """The objects as they would be held, world frame, as far as they were asked for."""
 
-    def ways(self, ends: Int[np.ndarray, "k1"], most: int) -> UInt8[np.ndarray, "m"]:
+    def ways(self, ends: Int[np.ndarray, "k1"]) -> UInt8[np.ndarray, "m"]:
         """Return what is known of each grasp's ways; object k's grasps are those from ends[k] to ends[k + 1]."""
         found = np.full(len(self.order), NOT_FOLLOWED, dtype=np.uint8)
         if len(found) == 0:
             return found
         arm, grasps = self.mover.arm, self.grasps
-        fixed = self.mover.line_rules(), self.mover.arrays
-        world = world_arrays(self.world)
+        fixed, world = (self.mover.line_rules, self.mover.arrays), world_arrays(self.world)
+        most = self.mover.config.max_grasps
         # Most can be carried out from their configuration in the report; the others' solutions are not kept.
         by_rows(first_ways, (ends[:-1], ends[1:]), most, grasps, *fixed, world, found, least=1)
         rest = np.flatnonzero((found == NO_WAY) | (found == UNSURE))

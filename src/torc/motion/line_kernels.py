@@ -59,7 +59,7 @@ class LineGrasps(NamedTuple):
 
 
 @njit(cache=True)
-def follow(q_start, T, direction, spacing_m, robot, lower, upper, max_step_rad, path, first=0):
+def follow(q_start, T, direction, spacing_m, robot, rules, path, first=0):
     """Fill path, from waypoint `first` on, with configurations on a straight line; return how many it holds in a row.
 
     The flange moves from pose T by `spacing_m` per waypoint and keeps its orientation. The line ends at the first
@@ -86,19 +86,18 @@ def follow(q_start, T, direction, spacing_m, robot, lower, upper, max_step_rad, 
             return k
         previous = path[k - 1] if k > 0 else q_start
         for i in range(dof):
-            if q[i] < lower[i] or q[i] > upper[i] or abs(q[i] - previous[i]) > max_step_rad:
+            jump = abs(q[i] - previous[i]) > rules.max_step_rad
+            if jump or q[i] < rules.lower[i] or q[i] > rules.upper[i]:
                 return k
         path[k] = q
     return path.shape[0]
 
 
 @njit(cache=True, nogil=True)
-def follow_each(starts, Ts, directions, spacing_m, robot, lower, upper, max_step_rad, paths, counts):
+def follow_each(starts, Ts, directions, spacing_m, robot, rules, paths, counts):
     """Follow a line from each start."""
     for b in range(starts.shape[0]):
-        counts[b] = follow(
-            starts[b], Ts[b], directions[b], spacing_m, robot, lower, upper, max_step_rad, paths[b]
-        )
+        counts[b] = follow(starts[b], Ts[b], directions[b], spacing_m, robot, rules, paths[b])
 
 
 @njit(cache=True)
@@ -121,8 +120,7 @@ def _near_robot(sphere, height, robot, placed, padding):
 def _lift(q, T, width_m, bounds, exact, rules, robot, holding, world, path, scratches):
     """Say whether the shortest lift can be followed from q, clear of fixed things, with the object off the robot."""
     up = np.array([0.0, 0.0, 1.0])
-    lower, upper, step = rules.lower, rules.upper, rules.max_step_rad
-    if follow(q, T, up, rules.lift_spacing_m, robot, lower, upper, step, path) < rules.lift:
+    if follow(q, T, up, rules.lift_spacing_m, robot, rules, path) < rules.lift:
         return NO_WAY
     none, scratch, holding_scratch = np.uint64(0), scratches[0], scratches[1]
     found = WAY
@@ -142,11 +140,9 @@ def _lift(q, T, width_m, bounds, exact, rules, robot, holding, world, path, scra
 @njit(cache=True)
 def _approach(q, T, backward, own, rules, robot, world, path, scratch):
     """Check whether a free pre-grasp leads to q on a line that is clear of everything fixed."""
-    lower, upper, step = rules.lower, rules.upper, rules.max_step_rad
     none, done = np.uint64(0), 0
     for count in rules.back_offs:
-        some = path[:count]
-        if follow(q, T, backward, rules.approach_spacing_m, robot, lower, upper, step, some, done) < count:
+        if follow(q, T, backward, rules.approach_spacing_m, robot, rules, path[:count], done) < count:
             return False
         for k in range(done + 1, count + 1):
             checked = k % 2 == 0

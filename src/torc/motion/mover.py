@@ -64,8 +64,7 @@ class Mover:
         Poses at the starts and directions (unit vectors, world frame) may be one for all; the orientation is kept. The
         paths leave out the starts, and are NaN beyond the last waypoint that is met.
         """
-        steps, config = self.waypoints(length_m), self.config.cartesian
-        starts, n, margin = kernel_array(starts), len(starts), config.limit_margin_rad
+        starts, n, steps = kernel_array(starts), len(starts), self.waypoints(length_m)
         paths = np.full((n, steps, starts.shape[1]), np.nan)
         counts = np.zeros(n, dtype=np.int64)
         follow_each(
@@ -74,9 +73,7 @@ class Mover:
             kernel_array(np.broadcast_to(directions, (n, 3))),
             length_m / steps,
             self.arrays,
-            kernel_array(self.arm.lower + margin),
-            kernel_array(self.arm.upper - margin),
-            config.max_joint_step_rad,
+            self.line_rules,
             paths,
             counts,
         )
@@ -96,8 +93,9 @@ class Mover:
         longest_m = max(lengths_m)
         return [max(1, round(length / longest_m * self.waypoints(longest_m))) for length in lengths_m]
 
+    @cached_property
     def line_rules(self) -> LineRules:
-        """Return the settings of straight lines for the kernel that looks for them."""
+        """The settings of straight lines for the compiled functions."""
         config = self.config.cartesian
         lift_m, back_off_m = max(config.lifts_m), max(config.back_offs_m)
         return LineRules(

@@ -253,15 +253,6 @@ class Pipeline:
             return veto(report, grasps, failed, self.failures)
         report = evaluate_grasps(grasps, scene, world, self.robot)
         report = veto(report, grasps, failed, self.failures)
-        stuck = without_lines(
-            grasps,
-            report,
-            scene,
-            volume,
-            world,
-            self.robot,
-            self.workspace.support_z_m,
-            self.motion,
-            self.motion.max_grasps,
-        )
+        support_z_m = self.workspace.support_z_m
+        stuck = without_lines(grasps, report, scene, volume, world, self.robot, support_z_m, self.motion)
         return with_status(report, grasps, np.where(stuck, np.uint8(GraspStatus.NO_LINE), report.status))
