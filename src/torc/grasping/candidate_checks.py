@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Bool, Int32, UInt8, UInt64
 from numba import njit
 
-from torc.grasping.cells import PointCells, frame_of
+from torc.grasping.cells import PointCells, along, find_reached, frame_of
 from torc.grasping.clouds import ObjectCloud
 from torc.grasping.config import CheckConfig
 from torc.grasping.generators.common import RawCandidates
@@ -114,68 +114,57 @@ def _regions(hand, near_m, slack_m, margin_m):
 
 
 @njit(cache=True)
-def _move(frame, regions, shift_z, bottom, top, points, moved, inside):
-    """Write |x|, |y| and z of points in a grasp frame, and which lie in one of the `_regions` of the gripper.
-
-    Coordinate by coordinate and without branches: a few vector instructions.
-    """
-    (ax, ay, az), (bx, by, bz), (cx, cy, cz), (ox, oy, oz) = frame
-    (slim_x, slim_y), (wide_x, wide_y, wide_z) = regions
-    wide_z += shift_z
-    px, py, pz = points
-    x, y, z = moved
-    for i in range(len(px)):
-        dx, dy, dz = px[i] - ox, py[i] - oy, pz[i] - oz
-        u, v, w = (
-            abs(ax * dx + ay * dy + az * dz),
-            abs(bx * dx + by * dy + bz * dz),
-            cx * dx + cy * dy + cz * dz,
-        )
-        x[i], y[i], z[i] = u, v, w
-        slim, wide = (u <= slim_x) & (v <= slim_y), (u <= wide_x) & (v <= wide_y) & (w <= wide_z)
-        inside[i] = (slim | wide) & (w >= bottom) & (w <= top)
-
-
-@njit(cache=True)
-def _own_fault(moved, inside, width, shift_z, palm_top_z, hand, limits):
+def _own_fault(frame, regions, bottom, own, reached, width, shift_z, palm_top_z, hand, limits):
     """Return the fault of one candidate from its own object's seen points; none above `palm_top_z` is in the palm."""
-    x, y, z = moved
+    (slim, wide), (ex, ey, ez, origin) = regions, frame
+    wide = (wide[0], wide[1], wide[2] + shift_z)
     in_finger, between = 0, 0
-    for i in range(len(inside)):
-        if not inside[i]:
+    find_reached(frame, slim, wide, bottom, 0.0, own.centers, own.radii, reached)
+    for c in range(len(reached)):
+        if not reached[c]:
             continue
-        if in_fingers(x[i], y[i], z[i], width, shift_z, limits.approach_m, 0.0, limits.own_slack_m, hand):
-            in_finger += 1
-            if in_finger > limits.max_own_in_fingers:
-                return Fault.OWN_IN_FINGERS.value
-        if z[i] <= palm_top_z and in_palm(x[i], y[i], z[i], shift_z, limits.palm_margin_m, hand):
-            return Fault.OWN_IN_PALM.value
-        if between_pads(x[i], y[i], z[i], 0.5 * width + limits.own_slack_m, hand):
-            between += 1
+        for i in range(own.starts[c], own.starts[c + 1]):
+            if own.tags[i] == 0:
+                continue
+            px, py, pz = (
+                own.points[i, 0] - origin[0],
+                own.points[i, 1] - origin[1],
+                own.points[i, 2] - origin[2],
+            )
+            y, z = abs(along(ey, px, py, pz)), along(ez, px, py, pz)
+            if z < bottom or z > 0.0 or (y > slim[1] and (y > wide[1] or z > wide[2])):
+                continue
+            x = abs(along(ex, px, py, pz))
+            if in_fingers(x, y, z, width, shift_z, limits.approach_m, 0.0, limits.own_slack_m, hand):
+                in_finger += 1
+                if in_finger > limits.max_own_in_fingers:
+                    return Fault.OWN_IN_FINGERS.value
+            if z <= palm_top_z and in_palm(x, y, z, shift_z, limits.palm_margin_m, hand):
+                return Fault.OWN_IN_PALM.value
+            if between_pads(x, y, z, 0.5 * width + limits.own_slack_m, hand):
+                between += 1
     return Fault.TOO_FEW_POINTS.value if between < limits.min_points_between else Fault.NONE.value
 
 
 @njit(cache=True)
 def _count_foreign(frame, regions, bottom, top, others, width, shift_z, hand, limits):
     """Return the bits of the objects in the way, and how many of their points are in each place."""
-    (ax, ay, az), (bx, by, bz), (cx, cy, cz), (ox, oy, oz) = frame
-    (_, slim_y), (_, wide_y, wide_z) = regions
-    wide_z += shift_z
+    (slim, wide), (ex, ey, ez, origin) = regions, frame
+    wide = (wide[0], wide[1], wide[2] + shift_z)
     bits, counts = np.uint64(0), np.zeros(5, np.int32)
     half, outer = 0.5 * width, 0.5 * hand.max_width_m + hand.finger_x
     back, margin = shift_z - hand.finger_z, limits.finger_margin_m
     points, tags, starts, centers, radii, reached = others
-    _find_in_regions(frame, regions, shift_z, bottom, top, centers, radii, reached)
+    find_reached(frame, slim, wide, bottom, top, centers, radii, reached)
     for c in range(len(reached)):
         if not reached[c]:
             continue
         for i in range(starts[c], starts[c + 1]):
-            dx, dy, dz = points[i, 0] - ox, points[i, 1] - oy, points[i, 2] - oz
-            y = abs(bx * dx + by * dy + bz * dz)
-            z = cx * dx + cy * dy + cz * dz
-            if z < bottom or z > top or (y > slim_y and (y > wide_y or z > wide_z)):
+            px, py, pz = points[i, 0] - origin[0], points[i, 1] - origin[1], points[i, 2] - origin[2]
+            y, z = abs(along(ey, px, py, pz)), along(ez, px, py, pz)
+            if z < bottom or z > top or (y > slim[1] and (y > wide[1] or z > wide[2])):
                 continue
-            x = abs(ax * dx + ay * dy + az * dz)
+            x = abs(along(ex, px, py, pz))
             place = -1
             if x < half:
                 if y < hand.pad_y and z <= 0.0 and z > -hand.pad_z:
@@ -201,22 +190,6 @@ def _count_foreign(frame, regions, bottom, top, others, width, shift_z, hand, li
 
 
 @njit(cache=True)
-def _find_in_regions(frame, regions, shift_z, bottom, top, centers, radii, reached):
-    """Write which spheres come near one of the `_regions`; without branches: vector instructions."""
-    (ax, ay, az), (bx, by, bz), (cx, cy, cz), (ox, oy, oz) = frame
-    (slim_x, slim_y), (wide_x, wide_y, wide_z) = regions
-    wide_z += shift_z
-    px, py, pz = centers[0], centers[1], centers[2]
-    for c in range(len(radii)):
-        dx, dy, dz, r = px[c] - ox, py[c] - oy, pz[c] - oz, radii[c]
-        x = abs(ax * dx + ay * dy + az * dz) - r
-        y = abs(bx * dx + by * dy + bz * dz) - r
-        z = cx * dx + cy * dy + cz * dz
-        near = ((x <= slim_x) & (y <= slim_y)) | ((x <= wide_x) & (y <= wide_y) & (z - r <= wide_z))
-        reached[c] = near & (z + r >= bottom) & (z - r <= top)
-
-
-@njit(cache=True)
 def _palm_place(x, y, z, palm_ranges, margin_m):
     """Return PALM, CORRIDOR or -1 for a point (|x|, |y|, z) in the frame of the open gripper's TCP."""
     place = -1
@@ -236,7 +209,7 @@ def _palm_place(x, y, z, palm_ranges, margin_m):
 def _others_near(tips, cells, own_id, reach):
     """Return other objects' points in cells that come within `reach` of some tip, or nearly so.
 
-    Points, ids, first point of each cell, spheres around the cells, and scratch memory for `_find_in_regions`.
+    Points, ids, first point of each cell, spheres around the cells, and scratch memory for `find_reached`.
     """
     low, high = np.full(3, 1e9), np.full(3, -1e9)
     for n in range(len(tips)):
@@ -265,12 +238,6 @@ def _others_near(tips, cells, own_id, reach):
     return cells.points[kept], cells.tags[kept], starts, centers, cells.radii[near], np.empty(found, np.bool_)
 
 
-@njit(cache=True)
-def _columns(points):
-    """Return x, y and z of points as arrays of their own."""
-    return points[:, 0].copy(), points[:, 1].copy(), points[:, 2].copy()
-
-
 @njit(cache=True, nogil=True)
 def _check_all(Rs, tips, widths, own, own_id, cells, hand, box, support_z_m, limits):
     """Return fault, blockers and counts of other objects' points, per candidate.
@@ -284,9 +251,7 @@ def _check_all(Rs, tips, widths, own, own_id, cells, hand, box, support_z_m, lim
     for a in range(3):
         reach += max(abs(box[0, a]), abs(box[1, a])) ** 2
     others = _others_near(tips, cells, own_id, np.sqrt(reach))
-    seen = _columns(own.points[own.tags != 0])
-    count = len(seen[0])
-    moved, inside = (np.empty(count), np.empty(count), np.empty(count)), np.empty(count, np.bool_)
+    reached = np.empty(len(own.radii), np.bool_)
     palm_top_z = -1e9
     for part in range(len(hand.palm_ranges)):
         palm_top_z = max(palm_top_z, hand.palm_ranges[part, 4] + limits.palm_margin_m)
@@ -302,8 +267,9 @@ def _check_all(Rs, tips, widths, own, own_id, cells, hand, box, support_z_m, lim
             fault[n] = Fault.TABLE.value
             continue
         frame = frame_of(R, tip)
-        _move(frame, own_regions, shift_z, bottom, 0.0, seen, moved, inside)
-        fault[n] = _own_fault(moved, inside, width, shift_z, palm_top_z + shift_z, hand, limits)
+        fault[n] = _own_fault(
+            frame, own_regions, bottom, own, reached, width, shift_z, palm_top_z + shift_z, hand, limits
+        )
         if fault[n] == 0:
             blockers[n], foreign[n] = _count_foreign(
                 frame, other_regions, bottom, top, others, width, shift_z, hand, limits

@@ -132,15 +132,19 @@ def along(axis, px, py, pz):
 
 
 @njit(cache=True)
-def _find_reached(frame, box, centers, radii, reached):
-    """Write which spheres come near a box of a frame: greatest |x| and |y|, least and greatest z."""
+def find_reached(frame, slim, wide, bottom, top, centers, radii, reached):
+    """Write which spheres come near a slim box about a frame's z-axis, or a wide one that ends further down.
+
+    Boxes: greatest |x| and |y|, for the wide one also greatest z; both from z = `bottom`, none beyond `top`.
+    """
     ex, ey, ez, origin = frame
     cx, cy, cz = centers[0], centers[1], centers[2]
     for c in range(len(radii)):
         px, py, pz, r = cx[c] - origin[0], cy[c] - origin[1], cz[c] - origin[2], radii[c]
         x, y, z = abs(along(ex, px, py, pz)) - r, abs(along(ey, px, py, pz)) - r, along(ez, px, py, pz)
         # Without branches, so that it becomes vector instructions.
-        reached[c] = (x <= box[0]) & (y <= box[1]) & (z >= box[2] - r) & (z <= box[3] + r)
+        near = ((x <= slim[0]) & (y <= slim[1])) | ((x <= wide[0]) & (y <= wide[1]) & (z - r <= wide[2]))
+        reached[c] = near & (z + r >= bottom) & (z - r <= top)
 
 
 @njit(cache=True)
@@ -153,7 +157,7 @@ def gather(R, tip, box, cells, local, index):
     ex, ey, ez, origin = frame
     x1, y1, z0, z1 = box
     reached = np.empty(len(cells.radii), np.bool_)
-    _find_reached(frame, box, cells.centers, cells.radii, reached)
+    find_reached(frame, (x1, y1), (x1, y1, z0), z0, z1, cells.centers, cells.radii, reached)
     n = 0
     for c in range(len(reached)):
         if not reached[c]:
