@@ -90,14 +90,9 @@ def assumed_body(
     return AssumedBody(center, view, np.array([depth, width, height]), float(seen))
 
 
-def stray_points(n: int) -> int:
-    """Return how many of n points at either end of a range do not count."""
-    return min(_STRAY_POINTS, (n - 1) // 2)
-
-
 def robust_range(values: Float[np.ndarray, "n k"]) -> tuple[Float[np.ndarray, "k"], Float[np.ndarray, "k"]]:
     """Return the least and greatest value per column, leaving out two stray points at either end."""
-    skip = stray_points(len(values))
+    skip = min(_STRAY_POINTS, (len(values) - 1) // 2)
     ranked = np.partition(values, (skip, len(values) - 1 - skip), axis=0)
     return ranked[skip], ranked[len(values) - 1 - skip]
 

@@ -55,19 +55,11 @@ def bridge_holes(depth, label, focal_px, hole_rad):
     out = depth.copy()
     source = np.arange(height * width, dtype=np.int32).reshape(height, width)
     nearest = _nearest_by_label(depth, label)
-    widest_px = hole_rad * focal_px
-    # Per pixel without a reading: backwards and forwards, by axis, the steps and the background pixels.
-    reach = np.empty((height, width, 2, 4, 2), np.int16)
     for row in range(height):
         for col in range(width):
-            if depth[row, col] == 0:
-                _find_readings(depth, label, row, col, 0, widest_px, reach)
-    for row in range(height - 1, -1, -1):
-        for col in range(width - 1, -1, -1):
             if depth[row, col] > 0:
                 continue
-            _find_readings(depth, label, row, col, 1, widest_px, reach)
-            rank, w, at = _across(depth, label, row, col, _STEEPEST / focal_px, widest_px, reach)
+            rank, w, at = _across(depth, label, row, col, _STEEPEST / focal_px, hole_rad * focal_px)
             if rank == _FOREIGN and label[row, col] != BACKGROUND:
                 own = nearest[label[row, col] - ROBOT] * (1.0 - hole_rad)
                 if own == 0:
@@ -94,19 +86,22 @@ def _nearest_by_label(depth, label):
 
 
 @njit(cache=True)
-def _across(depth, label, row, col, steepest, widest_px, reach):
+def _across(depth, label, row, col, steepest, widest_px):
     """Return (rank, inverse depth, source) by the four lines through a pixel: the best rank, the nearest of that rank.
 
-    Rank 0 if the pixel lies in no small hole. See `_find_readings` for `reach`.
+    Rank 0 if the pixel lies in no small hole.
     """
     best, best_w, best_at = 0, 0.0, -1
     own = label[row, col]
     for axis in range(4):
-        dr, dc = _step(axis)
-        (a, empty_a), (b, empty_b) = reach[row, col, 0, axis], reach[row, col, 1, axis]
+        dr, dc = (0, 1) if axis == 0 else (1, axis - 2)
+        a, empty_a = _reading_along(depth, label, row, col, -dr, -dc, widest_px)
+        if a == 0:
+            continue
+        b, empty_b = _reading_along(depth, label, row, col, dr, dc, widest_px)
         step = np.sqrt(float(dr * dr + dc * dc))
-        empty_px = (empty_a + empty_b + (own == BACKGROUND)) * step
-        if a == 0 or b == 0 or empty_px > widest_px or (a + b - 1) * step > 2 * widest_px:
+        empty = empty_a + empty_b + (own == BACKGROUND)
+        if b == 0 or empty * step > widest_px or (a + b - 1) * step > 2 * widest_px:
             continue
         ra, ca, rb, cb = row - a * dr, col - a * dc, row + b * dr, col + b * dc
         wa = _continued(depth, ra, ca, -dr, -dc, a, steepest)
@@ -142,30 +137,18 @@ def _between(end_a, end_b, wa, wb, own_a, own_b):
 
 
 @njit(cache=True)
-def _step(axis):
-    return (0, 1) if axis == 0 else (1, axis - 2)
-
-
-@njit(cache=True)
-def _find_readings(depth, label, row, col, forwards, widest_px, reach):
-    """Write the steps to the first reading along each axis (0: too far), and the background pixels before it.
-
-    The next pixel in each direction has its own already, if it has no reading.
-    """
+def _reading_along(depth, label, row, col, dr, dc, widest_px):
+    """Return the steps to the first reading in a direction (0: too far), and the background pixels before it."""
     height, width = depth.shape
-    for axis in range(4):
-        dr, dc = _step(axis)
-        r, c = (row + dr, col + dc) if forwards else (row - dr, col - dc)
-        n, empty = 0, 0
-        if 0 <= r < height and 0 <= c < width:
-            if depth[r, c] > 0:
-                n = 1
-            elif reach[r, c, forwards, axis, 0] > 0:
-                n = reach[r, c, forwards, axis, 0] + 1
-                empty = reach[r, c, forwards, axis, 1] + (label[r, c] == BACKGROUND)
-        found = n <= int(2 * widest_px) and empty <= widest_px
-        reach[row, col, forwards, axis, 0] = n if found else 0
-        reach[row, col, forwards, axis, 1] = empty
+    empty = 0
+    for n in range(1, int(2 * widest_px) + 1):
+        row, col = row + dr, col + dc
+        if row < 0 or col < 0 or row >= height or col >= width or empty > widest_px:
+            return 0, empty
+        if depth[row, col] > 0:
+            return n, empty
+        empty += label[row, col] == BACKGROUND
+    return 0, empty
 
 
 @njit(cache=True)

@@ -2,10 +2,8 @@
 
 import numpy as np
 from jaxtyping import Float
-from numba import njit
 
-from torc.geometry.transforms import kernel_array
-from torc.grasping.completion import robust_range, stray_points
+from torc.grasping.completion import robust_range
 from torc.grasping.generators.common import (
     NO_CANDIDATES,
     GeneratorInput,
@@ -56,54 +54,15 @@ def upright_box(
     yaws = np.arange(0.0, np.pi / 2, _YAW_STEP_RAD)
     c, s = np.cos(yaws), np.sin(yaws)
     some = points[:: max(1, len(points) // _MAX_POINTS)]
-    best, lu, hu, lv, hv = _least_footprint(kernel_array(some), c, s, stray_points(len(some)))
+    u = some[:, :1] * c + some[:, 1:2] * s
+    v = some[:, 1:2] * c - some[:, :1] * s
+    ranges = [robust_range(w) for w in (u, v)]
+    best = int(np.argmin((ranges[0][1] - ranges[0][0]) * (ranges[1][1] - ranges[1][0])))
     axes = np.array([[c[best], s[best], 0.0], [-s[best], c[best], 0.0]])
+    (lu, hu), (lv, hv) = ((low[best], high[best]) for low, high in ranges)
     (lz,), (hz,) = robust_range(points[:, 2:])
     center = (lu + hu) / 2 * axes[0] + (lv + hv) / 2 * axes[1] + np.array([0.0, 0.0, (lz + hz) / 2])
     return axes, center, np.array([hu - lu, hv - lv, hz - lz]) / 2
-
-
-@njit(cache=True, nogil=True)
-def _least_footprint(points, c, s, skip):
-    """Return the yaw, by index, at which the rectangle around points is least, and its ranges along both axes.
-
-    `skip` points at either end of a range do not count, at most two.
-    """
-    best, area, ranges = 0, np.inf, (0.0, 0.0, 0.0, 0.0)
-    for k in range(len(c)):
-        lu, hu, lv, hv = np.full(3, np.inf), np.full(3, -np.inf), np.full(3, np.inf), np.full(3, -np.inf)
-        for i in range(len(points)):
-            u, v = points[i, 0] * c[k] + points[i, 1] * s[k], points[i, 1] * c[k] - points[i, 0] * s[k]
-            _keep_least(lu, u)
-            _keep_least(lv, v)
-            _keep_greatest(hu, u)
-            _keep_greatest(hv, v)
-        found = (hu[skip] - lu[skip]) * (hv[skip] - lv[skip])
-        if found < area:
-            best, area, ranges = k, found, (lu[skip], hu[skip], lv[skip], hv[skip])
-    return best, ranges[0], ranges[1], ranges[2], ranges[3]
-
-
-@njit(cache=True)
-def _keep_least(kept, value):
-    """Keep the three least values, rising."""
-    if value < kept[2]:
-        kept[2] = value
-        if value < kept[1]:
-            kept[1], kept[2] = value, kept[1]
-            if value < kept[0]:
-                kept[0], kept[1] = value, kept[0]
-
-
-@njit(cache=True)
-def _keep_greatest(kept, value):
-    """Keep the three greatest values, falling."""
-    if value > kept[2]:
-        kept[2] = value
-        if value > kept[1]:
-            kept[1], kept[2] = value, kept[1]
-            if value > kept[0]:
-                kept[0], kept[1] = value, kept[0]
 
 
 def _approaches(along: np.ndarray, given: GeneratorInput) -> list[np.ndarray]:
