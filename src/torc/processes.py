@@ -17,9 +17,12 @@ from torc.errors import TorcError
 
 _PR_SET_PDEATHSIG = 1
 _THREADS = "OMP_NUM_THREADS"
-_OTHERS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS", "OPENCV_FOR_THREADS_NUM")
 _ALONE = {
-    **dict.fromkeys((_THREADS, *_OTHERS), "1"),
+    _THREADS: "1",
+    "OPENBLAS_NUM_THREADS": "1",
+    "MKL_NUM_THREADS": "1",
+    "NUMBA_NUM_THREADS": "1",
+    "OPENCV_FOR_THREADS_NUM": "1",
     "LP_NUM_THREADS": "0",  # of Mesa, drawing in software: beside the calling one
 }
 """Variables by which libraries use one thread."""

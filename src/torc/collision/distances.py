@@ -9,13 +9,13 @@ from torc.parallel import by_rows
 
 _FAR_M = 1000.0
 _NONE = 1 << 11
-"""Stands for a distance that no grid has. Up to its square and another one's, single precision holds whole numbers."""
+"""Distances along an axis are cut here, voxels: single precision holds the sum of three such squares exactly."""
 
 
 def distance_field(
     occupied: Bool[np.ndarray, "nx ny nz"], voxel_size_m: float
 ) -> Float32[np.ndarray, "nx ny nz"]:
-    """Return metres from each voxel's centre to the nearest occupied voxel's centre; > 100 if there is none."""
+    """Return the distance from each voxel's centre to the nearest occupied voxel's, metres; 1000 if all are free."""
     if not occupied.any():
         return np.full(occupied.shape, _FAR_M, dtype=np.float32)
     nx, ny, nz = occupied.shape
