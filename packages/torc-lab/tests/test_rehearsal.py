@@ -166,7 +166,7 @@ def test_somebody_resumes_after_an_e_stop_and_the_episode_goes_on_unscored(
         trial = played(lab, tmp_path / "trial", ask, [Fault(there, "e-stop", 1.0)])
         truth = there.world.truth()
     assert len(truth.in_bin) >= 1
-    assert trial.result.status == "interrupted"
+    assert trial.result.status == "interrupted", trial.result
     assert trial.result.picks >= 1
     assert len(trial.result.plain["halts"]) == 1
     assert "e-stop" in trial.result.plain["halts"][0]

@@ -208,11 +208,30 @@ def test_what_goes_wrong_while_a_motion_is_sent_stops_the_arm(make, monkeypatch,
         raise error
 
     monkeypatch.setattr(driver, "start", start)
-    with pytest.raises(type(error) if isinstance(error, LabError) else error):
+    with pytest.raises(type(error) if isinstance(error, LabError) else error) as raised:
         arm.follow(motion(arm.qpos))
+    assert not isinstance(raised.value, RobotStoppedError)
     assert driver.stops == 1
     assert not driver.status().moving
     assert arm.halted
+
+
+def test_a_stop_just_before_a_motion_is_sent_is_a_stop(make, monkeypatch):
+    """The driver only knows that the controller refused; a person may look at the arm and resume."""
+    arm, driver = make()
+
+    def start(trajectory):
+        driver.stopped = "e-stop"
+        raise LabError("the controller refuses")
+
+    begin = driver.start
+    monkeypatch.setattr(driver, "start", start)
+    with pytest.raises(RobotStoppedError, match=r"e-stop.*refuses"):
+        arm.follow(motion(arm.qpos))
+    monkeypatch.setattr(driver, "start", begin)
+    driver.stopped = ""
+    arm.resume()
+    assert arm.follow(motion(driver.qpos)).reached
 
 
 def test_a_contact_ends_a_guarded_motion_and_the_arm_backs_off(make, robot):

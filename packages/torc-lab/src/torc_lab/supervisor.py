@@ -7,6 +7,7 @@ resumes; nothing is repeated automatically, and the gripper keeps its grip.
 
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -120,6 +121,8 @@ class SupervisedArm:
                 rests = self._stop()
             if not rests and isinstance(error, RobotStoppedError):
                 raise RobotStoppedError(f"{error} It {_NOT_OURS}.") from error
+            if type(error) is LabError and (stopped := self._stopped_by_now()):
+                raise RobotStoppedError(f"{self.driver.name} was stopped: {stopped} ({error})") from error
             raise
         if touched and guard is not None:
             if not self._stop():
@@ -261,6 +264,18 @@ class SupervisedArm:
         except LabError:
             # It cannot be reached, or says nothing any more: its own watchdog, or the e-stop, has to do it.
             return True
+
+    def _stopped_by_now(self) -> str:
+        """Return why the controller allows no motion, from a status that is newer than this call; "" if it does, or is
+        silent. An e-stop may come between the last look at the arm and a motion's first point: the driver then only
+        knows that the controller refused it.
+        """
+        since_s = time.monotonic()
+        with suppress(LabError):
+            while (status := self._fresh()).stamp_s < since_s:
+                time.sleep(self.config.period_s)
+            return status.stopped
+        return ""
 
     def _back_off(self, planned: Trajectory, guard: ContactGuard) -> None:
         """Move back along the path until the flange is relief_m away from where it stopped."""
