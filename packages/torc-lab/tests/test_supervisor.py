@@ -234,6 +234,19 @@ def test_a_stop_just_before_a_motion_is_sent_is_a_stop(make, monkeypatch):
     assert arm.follow(motion(driver.qpos)).reached
 
 
+def test_a_stopped_arm_that_moves_on_is_told_whatever_the_driver_knew(make, monkeypatch):
+    arm, driver = make()
+
+    def start(trajectory):
+        driver.stopped = "e-stop"
+        raise LabError("the controller refuses")
+
+    monkeypatch.setattr(driver, "start", start)
+    monkeypatch.setattr(arm, "_stop", lambda: False)
+    with pytest.raises(RobotStoppedError, match=r"e-stop.*not by torc"):
+        arm.follow(motion(arm.qpos))
+
+
 def test_a_contact_ends_a_guarded_motion_and_the_arm_backs_off(make, robot):
     start = robot.arm.rest_qpos.copy()
     touch = lambda driver: setattr(driver, "contact_n", 50.0)  # noqa: E731

@@ -119,10 +119,13 @@ class SupervisedArm:
             self._halted = str(error) or type(error).__name__
             with interrupts_held():
                 rests = self._stop()
-            if not rests and isinstance(error, RobotStoppedError):
-                raise RobotStoppedError(f"{error} It {_NOT_OURS}.") from error
-            if type(error) is LabError and (stopped := self._stopped_by_now()):
-                raise RobotStoppedError(f"{self.driver.name} was stopped: {stopped} ({error})") from error
+            stop, refused = error, isinstance(error, LabError) and not isinstance(error, RobotStoppedError)
+            if refused and (stopped := self._stopped_by_now()):
+                stop = RobotStoppedError(f"{self.driver.name} was stopped: {stopped} ({error})")
+            if not rests and isinstance(stop, RobotStoppedError):
+                stop = RobotStoppedError(f"{stop} It {_NOT_OURS}.")
+            if stop is not error:
+                raise stop from error
             raise
         if touched and guard is not None:
             if not self._stop():
@@ -266,9 +269,9 @@ class SupervisedArm:
             return True
 
     def _stopped_by_now(self) -> str:
-        """Return why the controller allows no motion, from a status that is newer than this call; "" if it does, or is
-        silent. An e-stop may come between the last look at the arm and a motion's first point: the driver then only
-        knows that the controller refused it.
+        """Return why the arm is stopped, from a status newer than this call; "" if it is not, or says nothing.
+
+        If an e-stop is pressed just before a motion is sent, the driver only knows that the controller refused it.
         """
         since_s = time.monotonic()
         with suppress(LabError):
