@@ -8,8 +8,8 @@ from torc.geometry.transforms import kernel_array
 from torc.parallel import by_rows
 
 _FAR_M = 1000.0
-_NONE = 1 << 11
-"""Distances along an axis are cut here, voxels: single precision holds the sum of three such squares exactly."""
+_NONE = 1 << 30
+"""Stands for "nothing is occupied", above all squared distances in voxels."""
 
 
 def distance_field(
@@ -19,61 +19,77 @@ def distance_field(
     if not occupied.any():
         return np.full(occupied.shape, _FAR_M, dtype=np.float32)
     nx, ny, nz = occupied.shape
-    squares, out = np.empty((ny, nx, nz), np.float32), np.empty((ny, nx, nz), np.float32)
+    squares, out = np.empty((ny, nx, nz), np.int32), np.empty((ny, nx, nz), np.float32)
     by_rows(_along_z_and_y, (kernel_array(occupied, np.bool_), np.arange(nx)), squares)
     by_rows(_along_x, (squares, out), float(voxel_size_m))
     return np.ascontiguousarray(out.transpose(1, 0, 2))
 
 
 @njit(cache=True)
-def _lower(squares, best):
-    """Write, per row and column, the least of all rows' squares plus the square of the distance between the rows.
+def _lower(squares, apex, least, start):
+    """Replace, in every column, each row's square by the least of all rows' plus the squared distance to that row.
 
-    Row by row outwards until nothing can be nearer: whole rows at a time, which become vector instructions.
+    Those are parabolas: `apex` and `least` hold those that are lowest somewhere, `start` from which row on
+    (Felzenszwalb and Huttenlocher, "Distance transforms of sampled functions", 2012).
     """
     n, width = squares.shape
-    for u in range(n):
-        for k in range(width):
-            best[u, k] = squares[u, k]
-        for r in range(1, n):
-            gap, farther = np.float32(r * r), 0
-            for k in range(width):
-                farther += best[u, k] > gap
-            if farther == 0:
-                break
-            for v in range(u - r, u + r + 1, 2 * r):
-                if 0 <= v < n:
-                    for k in range(width):
-                        d = squares[v, k] + gap
-                        best[u, k] = d if d < best[u, k] else best[u, k]
+    for k in range(width):
+        last = -1
+        for row in range(n):
+            if squares[row, k] == _NONE:
+                continue
+            raised, begins = squares[row, k] + row * row, 0
+            while last >= 0:
+                a = apex[last]
+                lead = raised - least[last] - a * a
+                begins = int(np.floor(lead / (2.0 * (row - a)))) + 1  # floats divide faster than integers
+                if begins > start[last]:
+                    break
+                last, begins = last - 1, 0
+            if begins < n:
+                last += 1
+                apex[last], least[last], start[last] = row, squares[row, k], begins
+        end = n
+        for i in range(last, -1, -1):
+            for row in range(start[i], end):
+                squares[row, k] = least[i] + (row - apex[i]) ** 2
+            end = start[i]
+
+
+@njit(cache=True)
+def _scratch(n):
+    return np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n, np.int64)
 
 
 @njit(cache=True, nogil=True)
 def _along_z_and_y(occupied, index, squares):
     """Write squared distances, in voxels, within each of some layers; layer i of `occupied` is index[i] of all."""
     _, ny, nz = occupied.shape
-    along_z, plane = np.empty((ny, nz), np.float32), np.empty((ny, nz), np.float32)
+    plane, (apex, least, start) = np.empty((ny, nz), np.int32), _scratch(ny)
     for i in range(len(index)):
         for j in range(ny):
-            gap = _NONE
+            nearest = -_NONE
             for k in range(nz):
-                gap = 0 if occupied[i, j, k] else min(gap + 1, _NONE)
-                along_z[j, k] = gap
-            gap = _NONE
+                if occupied[i, j, k]:
+                    nearest = k
+                plane[j, k] = k - nearest
+            nearest = _NONE
             for k in range(nz - 1, -1, -1):
-                gap = min(gap + 1, int(along_z[j, k]))
-                along_z[j, k] = gap * gap
-        _lower(along_z, plane)
+                if occupied[i, j, k]:
+                    nearest = k
+                gap = min(plane[j, k], nearest - k)
+                plane[j, k] = _NONE if gap > nz else gap * gap
+        _lower(plane, apex, least, start)
         squares[:, index[i]] = plane
 
 
 @njit(cache=True, nogil=True)
 def _along_x(squares, out, voxel_m):
-    """Write distances in metres from the squares within layers."""
+    """Write distances in metres from the squares within layers, which are overwritten."""
     _, nx, nz = squares.shape
-    plane = np.empty((nx, nz), np.float32)
+    apex, least, start = _scratch(nx)
     for j in range(len(squares)):
-        _lower(squares[j], plane)
+        _lower(squares[j], apex, least, start)
         for i in range(nx):
             for k in range(nz):
-                out[j, i, k] = np.sqrt(np.float64(plane[i, k])) * voxel_m
+                out[j, i, k] = np.sqrt(np.float64(squares[j, i, k])) * voxel_m

@@ -12,6 +12,7 @@ from torc.drawing.label_places import LabelPlace, place_labels
 from torc.drawing.palette import object_color
 from torc.errors import InputError
 from torc.records import MAX_OBJECTS, TARGET_ID, SegmentedScene
+from torc.records.derived import once
 
 # Own digits: a library's font changes with its version, and the images would change with it.
 # 5 x 7 cells per digit, one row of digits after another, '#' is ink.
@@ -58,7 +59,9 @@ def mark_image(
     if scene.target_id is not None and highlight == scene.target_id:
         highlight = TARGET_ID
     label, numbers = target_in_red(label, numbers, scene.target_id)
-    return mark_pixels(scene.observation.rgb, label, numbers, highlight)
+    # A look is often marked twice: as it was seen, and with the choice.
+    places = once(scene, ("places of numbers", *numbers.items()), lambda: number_places(label, numbers))
+    return mark_pixels(scene.observation.rgb, label, numbers, highlight, places=places)
 
 
 def target_in_red(
@@ -78,17 +81,19 @@ def mark_pixels(
     highlight: int | None = None,
     *,
     outlines_only: bool = False,
+    places: Mapping[int, LabelPlace] | None = None,
 ) -> UInt8[np.ndarray, "h w 3"]:
     """Return a copy of an image, marked like `mark_image`, by the label of each pixel (-1: none), with these numbers.
 
     `outlines_only` keeps the colours: a thin outline along each mask's rim, and a small number, in the mask if it hides
-    little of it, else beside it with a line. All other pixels are unchanged.
+    little of it, else beside it with a line. All other pixels are unchanged. `places` are those of the numbers, if they
+    are known.
     """
     scale = _scale(label.shape, outlines_only)
     image = rgb.copy() if outlines_only else _tint(rgb, label, highlight)
     px = ceil(_THIN_PX * scale) if outlines_only else round(_OUTLINE_PX * scale)
     _outline(image, label, highlight, px)
-    write_numbers(image, label, numbers, small=outlines_only)
+    write_numbers(image, label, numbers, small=outlines_only, places=places)
     return image
 
 
@@ -98,9 +103,10 @@ def write_numbers(
     numbers: Mapping[int, int],
     *,
     small: bool = False,
+    places: Mapping[int, LabelPlace] | None = None,
 ) -> None:
     """Write a number into, or beside, the mask of each label, in place. `small` is for `outlines_only`."""
-    places = number_places(label, numbers, small=small)
+    places = number_places(label, numbers, small=small) if places is None else places
     colors = {i: object_color(i) for i in places}
     draw_boxes(image, places, number_boxes(label.shape, numbers, small=small), colors)
 

@@ -85,11 +85,11 @@ class _Search:
         by_rows(first_ways, (ends[:-1], ends[1:]), most, grasps, *fixed, world, found, least=1)
         rest = np.flatnonzero((found == NO_WAY) | (found == UNSURE))
         solutions = solve_ik(arm, self.tool0[rest])
-        some = np.zeros(len(rest), dtype=np.uint8)
+        some = found[rest]
         columns = rest, kernel_array(solutions.qpos), solutions.count, some
         by_rows(all_ways, columns, False, grasps, *fixed, fixed[1], world, least=1)
         for n in np.flatnonzero(some == UNSURE).tolist():
-            holding = self._holding(int(rest[n]))
+            some[n], holding = NO_WAY, self._holding(int(rest[n]))
             by_rows(all_ways, [c[n : n + 1] for c in columns], True, grasps, *fixed, holding, world)
         found[rest] = some
         return found

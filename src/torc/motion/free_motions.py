@@ -137,10 +137,10 @@ class FreeMotions:
     def _over_bin(self, space: FreeSpace, start: Qpos, rng: np.random.Generator) -> Trajectory:
         """Move to the drop position that is quick to reach both from here and from the rest position."""
         for goals in self._drop_qpos:
-            goals = goals[~space.collides(goals)]
-            if len(goals):
-                later = space.seconds_between(goals, self._mover.arm.rest_qpos)
-                return self._motion(MotionQuery(space, start, goals, later), PlanStage.TRANSFER, rng)[0]
+            query = MotionQuery(space, start, goals, space.seconds_between(goals, self._mover.arm.rest_qpos))
+            free = query.soonest_free(self._config.search.goals)
+            if len(free):
+                return self._motion(query.among(free), PlanStage.TRANSFER, rng)[0]
         raise NoMotionError(PlanStage.TRANSFER, "no free configuration above the bin.")
 
     def _along_a_line(

@@ -213,7 +213,7 @@ def all_ways(index, solutions, counts, found, exact, grasps, rules, robot, holdi
     Args:
         index: which grasps.
         solutions, counts: of each, its solutions; the reported one is tried first.
-        found: NO_WAY, WAY or UNSURE.
+        found: NO_WAY becomes WAY or UNSURE with the first solution that has ways; others keep what they are.
         exact: the object in the hand is the spheres of `holding`; else its bounding sphere, which makes it UNSURE.
     """
     dof = grasps.qpos.shape[1]
@@ -221,14 +221,10 @@ def all_ways(index, solutions, counts, found, exact, grasps, rules, robot, holdi
     scratches = scratch_for(robot), scratch_for(holding)
     for n in range(len(index)):
         g, tried = index[n], 0
-        found[n] = NO_WAY
         for s in range(-1, counts[n]):
-            q = grasps.qpos[g] if s < 0 else solutions[n, s]
-            if not _is_free(g, q, grasps, rules, robot, world, scratches[0]):
-                continue
-            if tried == rules.branches or found[n] == WAY:
+            if tried == rules.branches or found[n] != NO_WAY:
                 break
-            tried += 1
-            way = _way(g, q, grasps, exact, rules, robot, holding, world, lift, approach, scratches)
-            if way != NO_WAY:
-                found[n] = way
+            q = grasps.qpos[g] if s < 0 else solutions[n, s]
+            if _is_free(g, q, grasps, rules, robot, world, scratches[0]):
+                tried += 1
+                found[n] = _way(g, q, grasps, exact, rules, robot, holding, world, lift, approach, scratches)

@@ -13,6 +13,9 @@ from torc.collision.placement import RobotArrays, joint_reach
 from torc.geometry.transforms import kernel_array
 from torc.robots.description import Qpos
 
+_BATCH = 24
+"""Goals that are checked at once."""
+
 
 @dataclass(frozen=True)
 class FreeSpace:
@@ -137,6 +140,15 @@ class MotionQuery:
             shares = [next((s for s in (1.0, 0.5) if not near(s * room_m * box)), 0.0) for box in each]
             by_m = room_m * np.array(shares)
         return replace(self, space=grown(self.space, by_m))
+
+    def soonest_free(self, most: int) -> Int[np.ndarray, "k"]:
+        """Return indices of at most so many free goals, the soonest first; no more goals are checked than needed."""
+        by_time, free = self.by_time(), np.zeros(0, int)
+        for batch in (by_time[i : i + _BATCH] for i in range(0, len(by_time), _BATCH)):
+            free = np.append(free, batch[~self.space.collides(self.goals[batch])])
+            if len(free) >= most:
+                break
+        return free[:most]
 
     def by_time(self) -> Int[np.ndarray, "g"]:
         """Return indices of the goals, the soonest first."""

@@ -18,14 +18,13 @@ def free_path(
 ) -> tuple[Float[np.ndarray, "m dof"], int] | None:
     """Return a free polyline from the start to one of the goals and that goal's index; None if none is found.
 
-    Only the soonest config.goals are considered: the first that a straight edge reaches is taken; else a tree search
-    decides. Start and goals must be free.
+    Only the soonest config.goals free goals are considered: the first that a straight edge reaches is taken; else a
+    tree search decides. The start must be free.
     """
     space, start = query.space, query.start
-    usable = np.flatnonzero(~space.collides(query.goals))
-    if len(usable) == 0 or space.collides(start[None])[0]:
+    order = query.soonest_free(config.goals)
+    if len(order) == 0 or space.collides(start[None])[0]:
         return None
-    order = usable[query.among(usable).by_time()][: config.goals]
     for chosen in order:
         if space.edge_free(start, query.goals[chosen]):
             return np.stack([start, query.goals[chosen]]), int(chosen)

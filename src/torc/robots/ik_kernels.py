@@ -80,10 +80,11 @@ def wrap_near(angle, lower, upper, preferred):
 
 
 @njit(cache=True)
-def wrap_into_limits(q, joints):
-    """Turn the angles of q by multiples of 2 pi into the limits, in place; return False if one cannot be."""
+def wrap_into_limits(q, joints, first=0):
+    """Turn the angles q of joints `first` .. by multiples of 2 pi into the limits; return False if one cannot be."""
     for i in range(q.shape[0]):
-        q[i] = wrap_near(q[i], joints.lower[i], joints.upper[i], joints.rest[i])
+        joint = first + i
+        q[i] = wrap_near(q[i], joints.lower[joint], joints.upper[joint], joints.rest[joint])
         if np.isnan(q[i]):
             return False
     return True
@@ -159,28 +160,34 @@ def angle_between(v, u, axis, work):
 
 
 @njit(cache=True)
-def split_rotation(R, a, b, c, out, work):
-    """Write angles to out (2, 3) with R = rot(a) rot(b) rot(c), a and c at right angles to b; return how many."""
+def split_rotation(R, a, b, c, joints, first, out, work):
+    """Write angles to out (2, 3) with R = rot(a) rot(b) rot(c), a and c at right angles to b; return how many.
+
+    They are within the limits of the joints from `first` on.
+    """
     u, v, w = work[0], work[1], work[2]
-    M = work[3:6]
+    A, B = work[3:6], work[6:9]
     apply(R, c, u)
     cross(b, c, w)
     middle = np.arctan2(dot(a, w), dot(a, c))
     half = np.arccos(min(1.0, max(-1.0, dot(a, u))))
-    n = 2 if 1e-7 < half < np.pi - 1e-7 else 1
-    for k in range(n):
-        out[k, 1] = middle + (half if k == 0 else -half)
-        rotate_about(b, out[k, 1], M)
-        apply(M, c, v)
-        out[k, 0] = angle_between(v, u, a, w)
+    count = 0
+    for k in range(2 if 1e-7 < half < np.pi - 1e-7 else 1):
+        angles = out[count]
+        angles[1] = middle + (half if k == 0 else -half)
+        if np.isnan(wrap_near(angles[1], joints.lower[first + 1], joints.upper[first + 1], 0.0)):
+            continue  # spares most of the work
+        rotate_about(b, angles[1], B)
+        apply(B, c, v)
+        angles[0] = angle_between(v, u, a, w)
         # What remains for c: rot(c) b = rot(b)^T rot(a)^T R b, and rot(b) does not move b.
         apply(R, b, v)
-        rotate_about(a, -out[k, 0], M)
-        apply(M, v, w)
-        rotate_about(b, -out[k, 1], M)
-        apply(M, w, v)
-        out[k, 2] = angle_between(b, v, c, w)
-    return n
+        rotate_about(a, -angles[0], A)
+        apply(A, v, w)
+        apply(B.T, w, v)
+        angles[2] = angle_between(b, v, c, w)
+        count += wrap_into_limits(angles, joints, first)
+    return count
 
 
 @njit(cache=True)

@@ -71,7 +71,7 @@ def _solve_srs(T, structure, swivels, joints, solutions):
     """Write all branches of one pose within the limits to solutions (capacity, 7); return how many."""
     axes, points, T0_inverse, shoulder, wrist = structure
     elbow = points[3]
-    work, elbows = np.zeros((6, 3)), np.zeros(2)
+    work, elbows = np.zeros((9, 3)), np.zeros(2)
     R, R3, Rmin, Rs, Rw, turn = np.zeros((6, 3, 3))
     first, last = np.zeros((2, 3)), np.zeros((2, 3))
     v, p, unit, q = np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(7)
@@ -87,6 +87,9 @@ def _solve_srs(T, structure, swivels, joints, solutions):
     unit[:] = p / reach
     count = 0
     for e in range(elbow_angles(axes[3], elbow, shoulder, wrist, reach, elbows)):
+        q[3] = wrap_near(elbows[e], joints.lower[3], joints.upper[3], joints.rest[3])
+        if np.isnan(q[3]):
+            continue
         rotate_about(axes[3], elbows[e], R3)
         apply(R3, wrist - elbow, v)
         v += elbow - shoulder
@@ -94,14 +97,16 @@ def _solve_srs(T, structure, swivels, joints, solutions):
         for k in range(swivels):
             rotate_about(unit, 2.0 * np.pi * k / swivels, turn)
             matmul(turn, Rmin, Rs)
+            n_first = split_rotation(Rs, axes[0], axes[1], axes[2], joints, 0, first, work)
+            if n_first == 0:
+                continue
             matmul(Rs.T, R, turn)
             matmul(R3.T, turn, Rw)
-            n_first = split_rotation(Rs, axes[0], axes[1], axes[2], first, work)
-            n_last = split_rotation(Rw, axes[4], axes[5], axes[6], last, work)
+            n_last = split_rotation(Rw, axes[4], axes[5], axes[6], joints, 4, last, work)
             for i in range(n_first):
                 for j in range(n_last):
-                    q[:3], q[3], q[4:] = first[i], elbows[e], last[j]
-                    if count < solutions.shape[0] and wrap_into_limits(q, joints):
+                    if count < solutions.shape[0]:
+                        q[:3], q[4:] = first[i], last[j]
                         solutions[count] = q
                         count += 1
     return count
@@ -112,7 +117,7 @@ def _solve_offset(T, structure, samples, joints, solutions):
     """Write all branches of one pose within the limits to solutions (capacity, 7); return how many."""
     axes, points, T0_inverse, shoulder, wrist = structure
     elbow, last, lower, upper = points[3], points[6], joints.lower, joints.upper
-    work, elbows, swivels, first = np.zeros((6, 3)), np.zeros(2), np.zeros(2), np.zeros((2, 3))
+    work, elbows, swivels, first = np.zeros((9, 3)), np.zeros(2), np.zeros(2), np.zeros((2, 3))
     R, G, R3, Rmin, Rs, turn, M = np.zeros((7, 3, 3))
     t, v, p, unit, a, b = np.zeros((6, 3))
     q, count = np.zeros(7), 0
@@ -121,8 +126,9 @@ def _solve_offset(T, structure, samples, joints, solutions):
     apply(T, T0_inverse[:3, 3], t)
     t += T[:3, 3]
     for k in range(samples):
-        q[6] = lower[6] + (k + 0.5) / samples * (upper[6] - lower[6])
-        rotate_about(axes[6], -q[6], turn)
+        sample = lower[6] + (k + 0.5) / samples * (upper[6] - lower[6])
+        q[6] = wrap_near(sample, lower[6], upper[6], joints.rest[6])
+        rotate_about(axes[6], -sample, turn)
         matmul(R, turn, G)
         # Where W must be: T T0^-1 e6^-1 of it, seen from the shoulder.
         apply(turn, wrist - last, v)
@@ -135,10 +141,10 @@ def _solve_offset(T, structure, samples, joints, solutions):
         unit[:] = p / reach
         apply(G, axes[5], a)
         for e in range(elbow_angles(axes[3], elbow, shoulder, wrist, reach, elbows)):
-            q[3] = elbows[e]
-            if np.isnan(wrap_near(q[3], lower[3], upper[3], joints.rest[3])):
+            q[3] = wrap_near(elbows[e], lower[3], upper[3], joints.rest[3])
+            if np.isnan(q[3]):
                 continue
-            rotate_about(axes[3], q[3], R3)
+            rotate_about(axes[3], elbows[e], R3)
             apply(R3, wrist - elbow, v)
             v += elbow - shoulder
             shortest_rotation(v, p, Rmin, work)
@@ -153,10 +159,11 @@ def _solve_offset(T, structure, samples, joints, solutions):
                 q[4] = angle_between(axes[5], v, axes[4], work[0])
                 apply(M.T, axes[4], v)
                 q[5] = angle_between(v, axes[4], axes[5], work[0])
-                for f in range(split_rotation(Rs, axes[0], axes[1], axes[2], first, work)):
-                    q[:3] = first[f]
+                if not wrap_into_limits(q[4:6], joints, 4):
+                    continue
+                for f in range(split_rotation(Rs, axes[0], axes[1], axes[2], joints, 0, first, work)):
                     if count < solutions.shape[0]:
+                        q[:3] = first[f]
                         solutions[count] = q
-                        if wrap_into_limits(solutions[count], joints):
-                            count += 1
+                        count += 1
     return count
