@@ -118,6 +118,7 @@ def _own_fault(frame, regions, bottom, own, reached, width, shift_z, palm_top_z,
     """Return the fault of one candidate from its own object's seen points; none above `palm_top_z` is in the palm."""
     (slim, wide), (ex, ey, ez, origin) = regions, frame
     wide = (wide[0], wide[1], wide[2] + shift_z)
+    half, pad_y, pad_z = 0.5 * width + limits.own_slack_m, hand.pad_y, hand.pad_z
     in_finger, between = 0, 0
     find_reached(frame, slim, wide, bottom, 0.0, own.centers, own.radii, reached)
     for c in range(len(reached)):
@@ -141,7 +142,7 @@ def _own_fault(frame, regions, bottom, own, reached, width, shift_z, palm_top_z,
                     return Fault.OWN_IN_FINGERS.value
             if z <= palm_top_z and in_palm(x, y, z, shift_z, limits.palm_margin_m, hand):
                 return Fault.OWN_IN_PALM.value
-            if between_pads(x, y, z, 0.5 * width + limits.own_slack_m, hand):
+            if between_pads(x, y, z, half, pad_y, pad_z):
                 between += 1
     return Fault.TOO_FEW_POINTS.value if between < limits.min_points_between else Fault.NONE.value
 

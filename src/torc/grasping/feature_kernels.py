@@ -39,14 +39,14 @@ def candidate_features(Rs, tips, widths, cells, normals, hull, center_view, hand
 @njit(cache=True)
 def _contacts(local, seen_point, index, width, hand, row):
     """Fill columns 0-17 and 28: contacts on either side and points between the pads."""
-    half = 0.5 * width + SLACK_M
+    half, pad_y, pad_z = 0.5 * width + SLACK_M, hand.pad_y, hand.pad_z
     low, high = 1e9, -1e9
     seen_low, seen_high = 1e9, -1e9
     y_low, y_high, z_low, z_high = 1e9, -1e9, 1e9, -1e9
     seen_between, all_between = 0, 0
     for i in range(len(local)):
         x, y, z = local[i, 0], local[i, 1], local[i, 2]
-        if not between_pads(x, y, z, half, hand):
+        if not between_pads(x, y, z, half, pad_y, pad_z):
             continue
         all_between += 1
         low, high = min(low, x), max(high, x)
@@ -60,7 +60,7 @@ def _contacts(local, seen_point, index, width, hand, row):
     box[:, 0], box[:, 1], box[:, 2], box[:, 3] = 1e9, -1e9, 1e9, -1e9
     for i in range(len(local)):
         x, y, z = local[i, 0], local[i, 1], local[i, 2]
-        if not between_pads(x, y, z, half, hand):
+        if not between_pads(x, y, z, half, pad_y, pad_z):
             continue
         for side in range(2):
             gap = x - low if side == 0 else high - x

@@ -186,6 +186,9 @@ def in_palm(x, y, z, shift_z, margin_m, hand):
 
 
 @njit(cache=True)
-def between_pads(x, y, z, half_x, hand):
-    """Check whether a point (grasp frame) lies within |x| < half_x and within the pads along y and z."""
-    return abs(x) < half_x and abs(y) < hand.pad_y and z <= 0.0 and z > -hand.pad_z
+def between_pads(x, y, z, half_x, pad_y, pad_z):
+    """Check whether a point (grasp frame) lies within |x| < half_x and within the pads along y and z.
+
+    Without a HandGeometry: counting references to its arrays would take longer than the check.
+    """
+    return abs(x) < half_x and abs(y) < pad_y and z <= 0.0 and z > -pad_z

@@ -88,7 +88,7 @@ def _tops(kind):
 
 @njit(cache=True, nogil=True)
 def _contacts(Ts, widths, own_ids, bits, static, parts, reach_m, voxels, fixed, paddings):
-    center = np.empty(3)
+    center, half, grown = np.empty(3), np.empty(3), np.empty(3)
     for n in range(len(widths)):
         R = Ts[n, :3, :3]
         own = np.uint64(1) << np.uint64(own_ids[n])
@@ -101,10 +101,15 @@ def _contacts(Ts, widths, own_ids, bits, static, parts, reach_m, voxels, fixed, 
                     + R[k, 1] * parts[b, 1]
                     + R[k, 2] * (parts[b, 2] + shift_z)
                 )
-            bits[n], static[n] = _voxels_in_box(
-                R, center, parts[b, 3:] + paddings[0], own, voxels, bits[n], static[n]
-            )
-            static[n] = static[n] or _in_fixed(R, center, parts[b, 3:], fixed, paddings[1])
+                half[k], grown[k] = parts[b, 3 + k], parts[b, 3 + k] + paddings[0]
+            bits[n], static[n] = _voxels_in_box(R, center, grown, own, voxels, bits[n], static[n])
+            static[n] = static[n] or _in_fixed(R, center, half, fixed, paddings[1])
+
+
+@njit(cache=True)
+def _extent(R, axis, half):
+    """Return the half width of a turned box along an axis of the world."""
+    return abs(R[axis, 0]) * half[0] + abs(R[axis, 1]) * half[1] + abs(R[axis, 2]) * half[2]
 
 
 @njit(cache=True)
@@ -114,10 +119,11 @@ def _voxels_in_box(R, center, half, own, voxels, bits, ownerless):
     Beside those known before: only voxels that would add something are compared with the box.
     """
     kind, owners, tops, origin, voxel_m = voxels
-    lower, upper = np.empty(3, np.int64), np.empty(3, np.int64)
-    grown = half + 0.5 * voxel_m
+    lower, upper, grown = np.empty(3, np.int64), np.empty(3, np.int64), np.empty(3)
     for k in range(3):
-        extent = abs(R[k, 0]) * grown[0] + abs(R[k, 1]) * grown[1] + abs(R[k, 2]) * grown[2]
+        grown[k] = half[k] + 0.5 * voxel_m
+    for k in range(3):
+        extent = _extent(R, k, grown)
         lower[k] = max(0, int(np.floor((center[k] - extent - origin[k]) / voxel_m)))
         upper[k] = min(kind.shape[k] - 1, int(np.floor((center[k] + extent - origin[k]) / voxel_m)))
     for i in range(lower[0], upper[0] + 1):
@@ -143,29 +149,34 @@ def _voxels_in_box(R, center, half, own, voxels, bits, ownerless):
 @njit(cache=True)
 def _in_fixed(R, center, half, fixed, padding_m):
     """Check whether some point of a box's 1 cm lattice (corners included) lies in a fixed box, grown."""
-    steps = np.empty(3, np.int64)
-    for a in range(3):
-        steps[a] = max(1, int(np.ceil(2 * half[a] / _LATTICE_M)))
-    extent = np.abs(R) @ half
     for f in range(len(fixed)):
         apart = False
         for a in range(3):
-            apart |= center[a] - extent[a] > fixed[f, 3 + a] + padding_m
-            apart |= center[a] + extent[a] < fixed[f, a] - padding_m
-        if apart:
-            continue
-        for i in range(steps[0] + 1):
-            x = half[0] * (2.0 * i / steps[0] - 1.0)
-            for j in range(steps[1] + 1):
-                y = half[1] * (2.0 * j / steps[1] - 1.0)
-                for k in range(steps[2] + 1):
-                    z = half[2] * (2.0 * k / steps[2] - 1.0)
-                    inside = True
-                    for a in range(3):
-                        c = center[a] + R[a, 0] * x + R[a, 1] * y + R[a, 2] * z
-                        if c < fixed[f, a] - padding_m or c > fixed[f, 3 + a] + padding_m:
-                            inside = False
-                            break
-                    if inside:
-                        return True
+            extent = _extent(R, a, half)
+            apart |= center[a] - extent > fixed[f, 3 + a] + padding_m
+            apart |= center[a] + extent < fixed[f, a] - padding_m
+        if not apart and _lattice_in(R, center, half, fixed[f], padding_m):
+            return True
+    return False
+
+
+@njit(cache=True)
+def _lattice_in(R, center, half, fixed, padding_m):
+    steps = np.empty(3, np.int64)
+    for a in range(3):
+        steps[a] = max(1, int(np.ceil(2 * half[a] / _LATTICE_M)))
+    for i in range(steps[0] + 1):
+        x = half[0] * (2.0 * i / steps[0] - 1.0)
+        for j in range(steps[1] + 1):
+            y = half[1] * (2.0 * j / steps[1] - 1.0)
+            for k in range(steps[2] + 1):
+                z = half[2] * (2.0 * k / steps[2] - 1.0)
+                inside = True
+                for a in range(3):
+                    c = center[a] + R[a, 0] * x + R[a, 1] * y + R[a, 2] * z
+                    if c < fixed[a] - padding_m or c > fixed[3 + a] + padding_m:
+                        inside = False
+                        break
+                if inside:
+                    return True
     return False

@@ -209,7 +209,7 @@ def _count(Ts, widths, own_ids, between, inside, foreign, cells, hand):
         per_id[:] = 0
         for i in range(gather(R, tip, box, cells, local, index)):
             x, y, z, tag = abs(local[i, 0]), local[i, 1], local[i, 2], cells.tags[index[i]]
-            if between_pads(x, y, z, inner, hand):
+            if between_pads(x, y, z, inner, hand.pad_y, hand.pad_z):
                 per_id[tag] += 1
             elif x >= inner and z <= shift_z and tag == own_ids[n]:
                 inside[n] += 1
