@@ -11,7 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float
+from numba import njit
 
+from torc.geometry.transforms import kernel_array
 from torc.grasping.cells import cell_keys
 from torc.grasping.config import CloudConfig
 from torc.records import BACKGROUND, EMPTY, OcclusionVolume
@@ -92,9 +94,29 @@ def assumed_body(
 
 def robust_range(values: Float[np.ndarray, "n k"]) -> tuple[Float[np.ndarray, "k"], Float[np.ndarray, "k"]]:
     """Return the least and greatest value per column, leaving out two stray points at either end."""
-    skip = min(_STRAY_POINTS, (len(values) - 1) // 2)
-    ranked = np.partition(values, (skip, len(values) - 1 - skip), axis=0)
-    return ranked[skip], ranked[len(values) - 1 - skip]
+    return _ranked(kernel_array(values), min(_STRAY_POINTS, (len(values) - 1) // 2))
+
+
+@njit(cache=True, nogil=True)
+def _ranked(values, skip):
+    """Return, per column, the values that so many others are below, and above."""
+    n, columns = values.shape
+    low, high = np.full((columns, skip + 1), np.inf), np.full((columns, skip + 1), -np.inf)
+    for i in range(n):
+        for c in range(columns):
+            if values[i, c] < low[c, skip]:
+                at = skip
+                while at > 0 and values[i, c] < low[c, at - 1]:
+                    low[c, at] = low[c, at - 1]
+                    at -= 1
+                low[c, at] = values[i, c]
+            if values[i, c] > high[c, skip]:
+                at = skip
+                while at > 0 and values[i, c] > high[c, at - 1]:
+                    high[c, at] = high[c, at - 1]
+                    at -= 1
+                high[c, at] = values[i, c]
+    return low[:, skip], high[:, skip]
 
 
 def _turned_half(

@@ -130,5 +130,6 @@ class _Search:
 
 def _bounding_sphere(points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "4"]:
     """Return a sphere around an object, with room for the spheres that stand for it when it is held."""
-    middle = 0.5 * (points.min(axis=0) + points.max(axis=0)).astype(float)
-    return np.append(middle, np.linalg.norm(points - middle, axis=1).max() + _ROOM_M)
+    rows = np.ascontiguousarray(points.T)  # coordinate by coordinate: several times as fast
+    middle = 0.5 * (rows.min(axis=1) + rows.max(axis=1)).astype(float)
+    return np.append(middle, np.linalg.norm(rows - middle[:, None], axis=0).max() + _ROOM_M)

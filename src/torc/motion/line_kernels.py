@@ -8,10 +8,11 @@ from numba import njit
 from torc.collision.contact_kernels import contacts_at
 from torc.collision.obstacles import SELF
 from torc.collision.placement import scratch_for
-from torc.robots.kinematics import forward, jacobian, pose_error
+from torc.robots.kinematics import forward, jacobian, pose_error, pose_step
 
 _TOLERANCE = 1e-5
 """Metres and radians, per axis."""
+_DAMPING = 1e-7
 NO_WAY, WAY, UNSURE, NOT_FOLLOWED = 0, 1, 2, 3
 """Whether a grasp has straight ways; unsure if it depends on the shape of what is held."""
 
@@ -67,8 +68,7 @@ def follow(q_start, T, direction, spacing_m, robot, rules, path, first=0):
     """
     dof = q_start.shape[0]
     Ts, scratch, target = np.empty((dof + 1, 3, 4)), np.empty((2, 3, 4)), np.empty((3, 4))
-    J, error = np.empty((6, dof)), np.empty(6)
-    damping = 1e-7 * np.eye(6)
+    J, error, work, step = np.empty((6, dof)), np.empty(6), np.empty((7, 6)), np.empty(dof)
     q = q_start.copy() if first == 0 else path[first - 1].copy()
     target[:] = T
     for k in range(first, path.shape[0]):
@@ -81,7 +81,8 @@ def follow(q_start, T, direction, spacing_m, robot, rules, path, first=0):
                 met = True
                 break
             jacobian(Ts, robot.axes, J)
-            q += J.T @ np.linalg.solve(J @ J.T + damping, error)
+            pose_step(J, error, _DAMPING, work, step)
+            q += step
         if not met:
             return k
         previous = path[k - 1] if k > 0 else q_start

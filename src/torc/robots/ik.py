@@ -20,7 +20,7 @@ from torc.robots.description import ArmDescription, RobotDescription
 from torc.robots.ik_kernels import Joints, wrap_into_limits, write_best_first
 from torc.robots.ik_seven import detect_offset_wrist, detect_srs, offset_wrist_ik_kernel, srs_ik_kernel
 from torc.robots.ik_six import detect_parallel, parallel_ik_kernel
-from torc.robots.kinematics import chain_of, forward, jacobian, pose_error
+from torc.robots.kinematics import chain_of, forward, jacobian, pose_error, pose_step
 
 DISTINCT_RAD = 0.02
 """Solutions closer than this in every joint count as one: redundant arms have a continuum of them."""
@@ -47,14 +47,14 @@ def _descend(goal, chain, joints, iterations, tolerance, q):
     dof = q.shape[0]
     Ts, trial_Ts, scratch = np.empty((dof + 1, 3, 4)), np.empty((dof + 1, 3, 4)), np.empty((2, 3, 4))
     J, error, trial_error = np.empty((6, dof)), np.empty(6), np.empty(6)
-    trial, damping = np.empty(dof), 1e-3
+    trial, step, work, damping = np.empty(dof), np.empty(dof), np.empty((7, 6)), 1e-3
     forward(q, chain, Ts, scratch)
     worst = pose_error(Ts[dof], goal, error)
     for _ in range(iterations):
         if worst < tolerance:
             return True
         jacobian(Ts, chain.axes, J)
-        step = J.T @ np.linalg.solve(J @ J.T + damping * np.eye(6), error)
+        pose_step(J, error, damping, work, step)
         trial[:] = np.minimum(np.maximum(q + step, joints.lower), joints.upper)
         forward(trial, chain, trial_Ts, scratch)
         trial_worst = pose_error(trial_Ts[dof], goal, trial_error)

@@ -137,4 +137,38 @@ def pose_error(T, goal, out):
     if s <= 1e-9 and c < 0.0:
         # Half a turn off: the axis is lost, and any will do to get away.
         out[3] = np.pi
-    return np.max(np.abs(out))
+    worst = 0.0
+    for value in out:
+        worst = max(worst, abs(value))
+    return worst
+
+
+@njit(cache=True)
+def pose_step(J, error, damping, work, out):
+    """Write the change of the joints that takes back an error of the pose, damped: J^T (J J^T + damping)^-1 error.
+
+    `work` (7, 6) is overwritten. By Cholesky's method here: for six equations, the way to LAPACK and back takes longer
+    than the solution, and threads wait for each other there.
+    """
+    A, y = work[:6], work[6]
+    for i in range(6):
+        for j in range(i + 1):
+            total = damping if i == j else 0.0
+            for k in range(J.shape[1]):
+                total += J[i, k] * J[j, k]
+            for k in range(j):
+                total -= A[i, k] * A[j, k]
+            A[i, j] = np.sqrt(total) if i == j else total / A[j, j]
+    for i in range(6):
+        y[i] = error[i]
+        for k in range(i):
+            y[i] -= A[i, k] * y[k]
+        y[i] /= A[i, i]
+    for i in range(5, -1, -1):
+        for k in range(i + 1, 6):
+            y[i] -= A[k, i] * y[k]
+        y[i] /= A[i, i]
+    for d in range(J.shape[1]):
+        out[d] = 0.0
+        for i in range(6):
+            out[d] += J[i, d] * y[i]
