@@ -165,7 +165,7 @@ def measured(args: Args) -> Samples:
     wall = run(args.every)
     with patch("time.perf_counter", time.process_time):
         processor = run(args.every)
-    return {"wall": wall, "processor": processor, "kernels": kernels(system), "memory": one_pass()}
+    return {"wall": wall, "processor": processor, "kernels": kernels(), "memory": one_pass()}
 
 
 def one_pass() -> Mapping[str, Sequence[float]]:
@@ -183,9 +183,12 @@ def one_pass() -> Mapping[str, Sequence[float]]:
     return {"seconds": [min(seconds)], "MB": [sum(array.nbytes for array in arrays) / 1e6]}
 
 
-def kernels(system: System) -> Mapping[str, Sequence[float]]:
-    """Profile looks at ten made-up objects, with decisions, in one thread: each kernel's calls and seconds a look."""
-    args = Args(objects=(10,))
+def kernels() -> Mapping[str, Sequence[float]]:
+    """Profile looks at ten made-up objects, with exact masks and decisions, in one thread.
+
+    Returns each kernel's calls and seconds a look.
+    """
+    args, system = Args(objects=(10,)), build_system(Conditions())
     with patch.dict(os.environ, OMP_NUM_THREADS="1"):
         looks(args, system)
         profile = Profile()

@@ -95,6 +95,13 @@ def test_highlighting_brings_out_one_object(rng):
         mark_image(scene, highlight=63)
 
 
+def test_what_was_drawn_before_changes_nothing():
+    shapes = random_clutter(np.random.default_rng(2), 8)
+    scene = scene_of(shapes)
+    for marks in ({}, {"highlight": 3}, {"labels": {1: 40, 2: 7}}, {"highlight": 2, "labels": {3: 11}}):
+        np.testing.assert_array_equal(mark_image(scene, **marks), mark_image(scene_of(shapes), **marks))
+
+
 def test_all_numbers_look_different():
     pictures = {number_image(n, 13).tobytes() for n in range(MAX_OBJECTS)}
     assert len(pictures) == MAX_OBJECTS

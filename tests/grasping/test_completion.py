@@ -6,7 +6,7 @@ from grasping_scenes import TABLE_Z, standing_box
 
 from torc.geometry.transforms import look_at
 from torc.grasping.clouds import build_clouds, forward_direction
-from torc.grasping.completion import hidden_depth
+from torc.grasping.completion import hidden_depth, robust_range
 from torc.grasping.config import CloudConfig
 from torc.testing.synthetic import SyntheticCylinder, SyntheticSphere
 from torc.testing.views import view_of
@@ -28,6 +28,13 @@ def clouds_of(view):
 )
 def test_hidden_depth(seen, width, height, depth):
     assert hidden_depth(seen, width, height, CloudConfig()) == pytest.approx(depth)
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 4, 5, 6, 200])
+def test_a_range_leaves_out_two_points_at_either_end(rng, n):
+    values = np.round(rng.normal(size=(n, 4)), 1)  # with equal ones
+    ranked, skip = np.sort(values, axis=0), min(2, (n - 1) // 2)
+    np.testing.assert_array_equal(robust_range(values), ranked[[skip, n - 1 - skip]])
 
 
 def test_the_guessed_points_of_a_cylinder_lie_on_its_back():

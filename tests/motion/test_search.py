@@ -57,6 +57,16 @@ def test_paths_are_free_and_reproducible(space, queries):
     assert found >= 5
 
 
+@pytest.mark.parametrize("most", [1, 6, 40, 200])
+def test_the_soonest_free_goals_are_those_that_checking_all_finds(robot, space, most):
+    rng, arm = np.random.default_rng(5), robot.arm
+    goals = np.clip(arm.rest_qpos + rng.normal(0, 0.8, (100, arm.dof)), arm.lower, arm.upper)
+    query = MotionQuery(space, arm.rest_qpos, goals, rng.uniform(0, 1, len(goals)))
+    free = np.flatnonzero(~space.collides(goals))
+    assert 6 < len(free) < len(goals)
+    np.testing.assert_array_equal(query.soonest_free(most), free[query.among(free).by_time()][:most])
+
+
 def test_a_query_ends_after_its_samples(space, queries):
     config = SearchConfig(max_iterations=1)
     paths = [

@@ -11,7 +11,7 @@ from torc.robots import ik
 from torc.robots.ik import IkConfig, solve_ik
 from torc.robots.ik_seven import detect_offset_wrist, detect_srs
 from torc.robots.ik_six import detect_parallel
-from torc.robots.kinematics import jacobian, link_poses, sphere_centers, tcp_pose, tool0_poses
+from torc.robots.kinematics import jacobian, link_poses, pose_step, sphere_centers, tcp_pose, tool0_poses
 from torc.robots.loading import load_robot
 from torc.robots.names import robot_names
 
@@ -206,3 +206,14 @@ def test_finger_spheres_open_by_half_the_width_each(robot, rng):
         np.testing.assert_allclose(moved, np.broadcast_to(expected, moved.shape), atol=1e-6)
     body = robot.spheres.link <= dof
     np.testing.assert_allclose(opened[body], closed[body])
+
+
+@pytest.mark.parametrize("dof", [6, 7])
+@pytest.mark.parametrize("damping", [1e-7, 10.0])
+def test_a_step_solves_the_damped_equations(rng, dof, damping):
+    for _ in range(20):
+        J, error, step = rng.normal(size=(6, dof)), rng.normal(size=6), np.empty(dof)
+        pose_step(J, error, damping, np.empty((7, 6)), step)
+        np.testing.assert_allclose(
+            step, J.T @ np.linalg.solve(J @ J.T + damping * np.eye(6), error), rtol=1e-6
+        )
