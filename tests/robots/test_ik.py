@@ -11,7 +11,15 @@ from torc.robots import ik
 from torc.robots.ik import IkConfig, solve_ik
 from torc.robots.ik_seven import detect_offset_wrist, detect_srs
 from torc.robots.ik_six import detect_parallel
-from torc.robots.kinematics import jacobian, link_poses, pose_step, sphere_centers, tcp_pose, tool0_poses
+from torc.robots.kinematics import (
+    jacobian,
+    link_poses,
+    pose_error,
+    pose_step,
+    sphere_centers,
+    tcp_pose,
+    tool0_poses,
+)
 from torc.robots.loading import load_robot
 from torc.robots.names import robot_names
 
@@ -217,3 +225,12 @@ def test_a_step_solves_the_damped_equations(rng, dof, damping):
         np.testing.assert_allclose(
             step, J.T @ np.linalg.solve(J @ J.T + damping * np.eye(6), error), rtol=1e-6
         )
+
+
+def test_a_pose_that_is_no_number_is_never_met(robot):
+    arm = robot.arm
+    T = tool0_poses(arm, arm.rest_qpos[None])[0][:3].copy()
+    broken, error = T.copy(), np.empty(6)
+    broken[0, 3] = np.nan
+    assert pose_error(T, T, error) < 1e-12
+    assert not pose_error(broken, T, error) < 1e6

@@ -105,7 +105,10 @@ def write_numbers(
     small: bool = False,
     places: Mapping[int, LabelPlace] | None = None,
 ) -> None:
-    """Write a number into, or beside, the mask of each label, in place. `small` is for `outlines_only`."""
+    """Write a number into, or beside, the mask of each label, in place. `small` is for `outlines_only`.
+
+    `places` are those of the numbers, if they are known.
+    """
     places = number_places(label, numbers, small=small) if places is None else places
     colors = {i: object_color(i) for i in places}
     draw_boxes(image, places, number_boxes(label.shape, numbers, small=small), colors)

@@ -3,7 +3,6 @@
 import textwrap
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from jaxtyping import Int16, UInt8
 from PIL import Image, ImageDraw, ImageFont
@@ -55,9 +54,9 @@ def picture_strip(frames: list[Frame]) -> UInt8[np.ndarray, "h w 3"]:
 
 def _panel(frame: Frame) -> np.ndarray:
     height = round(PANEL_WIDTH * frame.image.shape[0] / frame.image.shape[1])
-    picture = cv2.resize(frame.image, (PANEL_WIDTH, height), interpolation=cv2.INTER_AREA)
+    picture = Image.fromarray(frame.image).resize((PANEL_WIDTH, height), Image.Resampling.LANCZOS)
     panel = Image.new("RGB", (PANEL_WIDTH, height + CAPTION_HEIGHT), _PAPER)
-    panel.paste(Image.fromarray(picture), (0, 0))
+    panel.paste(picture, (0, 0))
     draw = ImageDraw.Draw(panel)
     choice = "no choice" if frame.chosen is None else f"pick object {frame.chosen}"
     draw.text((10, height + 6), f"{frame.pick + 1}.  {choice}", _INK, ImageFont.load_default(18))

@@ -99,7 +99,7 @@ def robust_range(values: Float[np.ndarray, "n k"]) -> tuple[Float[np.ndarray, "k
 
 @njit(cache=True, nogil=True)
 def _ranked(values, skip):
-    """Return, per column, the values that so many others are below, and above."""
+    """Return, per column, the values that `skip` others are below, and above."""
     n, columns = values.shape
     low, high = np.full((columns, skip + 1), np.inf), np.full((columns, skip + 1), -np.inf)
     for i in range(n):

@@ -88,7 +88,7 @@ def _tops(kind):
 
 @njit(cache=True, nogil=True)
 def _contacts(Ts, widths, own_ids, bits, static, parts, reach_m, voxels, fixed, paddings):
-    center, half, grown = np.empty(3), np.empty(3), np.empty(3)
+    center = np.empty(3)
     for n in range(len(widths)):
         R = Ts[n, :3, :3]
         own = np.uint64(1) << np.uint64(own_ids[n])
@@ -101,8 +101,8 @@ def _contacts(Ts, widths, own_ids, bits, static, parts, reach_m, voxels, fixed, 
                     + R[k, 1] * parts[b, 1]
                     + R[k, 2] * (parts[b, 2] + shift_z)
                 )
-                half[k], grown[k] = parts[b, 3 + k], parts[b, 3 + k] + paddings[0]
-            bits[n], static[n] = _voxels_in_box(R, center, grown, own, voxels, bits[n], static[n])
+            half = parts[b, 3:]
+            bits[n], static[n] = _voxels_in_box(R, center, half, paddings[0], own, voxels, bits[n], static[n])
             static[n] = static[n] or _in_fixed(R, center, half, fixed, paddings[1])
 
 
@@ -113,15 +113,15 @@ def _extent(R, axis, half):
 
 
 @njit(cache=True)
-def _voxels_in_box(R, center, half, own, voxels, bits, ownerless):
-    """Return the owners of occupied voxels in a box grown by half a voxel, and whether some have no owner.
+def _voxels_in_box(R, center, half, padding_m, own, voxels, bits, ownerless):
+    """Return the owners of occupied voxels in a box, padded by half a voxel more, and whether some have no owner.
 
     Beside those known before: only voxels that would add something are compared with the box.
     """
     kind, owners, tops, origin, voxel_m = voxels
     lower, upper, grown = np.empty(3, np.int64), np.empty(3, np.int64), np.empty(3)
     for k in range(3):
-        grown[k] = half[k] + 0.5 * voxel_m
+        grown[k] = half[k] + padding_m + 0.5 * voxel_m
     for k in range(3):
         extent = _extent(R, k, grown)
         lower[k] = max(0, int(np.floor((center[k] - extent - origin[k]) / voxel_m)))
@@ -162,6 +162,7 @@ def _in_fixed(R, center, half, fixed, padding_m):
 
 @njit(cache=True)
 def _lattice_in(R, center, half, fixed, padding_m):
+    """Do the same for one fixed box, point by point."""
     steps = np.empty(3, np.int64)
     for a in range(3):
         steps[a] = max(1, int(np.ceil(2 * half[a] / _LATTICE_M)))

@@ -142,7 +142,7 @@ class MotionQuery:
         return replace(self, space=grown(self.space, by_m))
 
     def soonest_free(self, most: int) -> Int[np.ndarray, "k"]:
-        """Return indices of at most so many free goals, the soonest first; no more goals are checked than needed."""
+        """Return indices of the `most` soonest free goals, or fewer, in order; later ones are hardly checked."""
         by_time, free = self.by_time(), np.zeros(0, int)
         for batch in (by_time[i : i + _BATCH] for i in range(0, len(by_time), _BATCH)):
             free = np.append(free, batch[~self.space.collides(self.goals[batch])])

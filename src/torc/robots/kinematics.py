@@ -137,10 +137,8 @@ def pose_error(T, goal, out):
     if s <= 1e-9 and c < 0.0:
         # Half a turn off: the axis is lost, and any will do to get away.
         out[3] = np.pi
-    worst = 0.0
-    for value in out:
-        worst = max(worst, abs(value))
-    return worst
+    # NaN if anything is: a comparison, number by number, would lose it, and a broken pose would count as met.
+    return np.max(np.abs(out))
 
 
 @njit(cache=True)
